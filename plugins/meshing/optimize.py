@@ -23,6 +23,7 @@ class Polish:
     features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
     sufficient : a mesh on the surface with this smallest scaled Jacobian is not changed; null:
         every mesh is
+    hold : in the local rounds, vertices on curved creases and curved CAD faces do not slide
     release : with soft features: release all curves from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
@@ -34,6 +35,7 @@ class Polish:
 
     features: str = setting("meshing.features", MeshingSettings.features)
     sufficient: float | None = None
+    hold: bool = False
     release: bool = False
     soft_rounds: int = 8
     hard_rounds: int = 4
@@ -61,6 +63,7 @@ class Polish:
             features=mode == "exact" or (mode == "soft" and not self.release),
             exact=mode == "exact",
             sufficient=np.inf if self.sufficient is None else self.sufficient,
+            hold=self.hold,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,

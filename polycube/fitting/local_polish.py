@@ -8,7 +8,7 @@ every step of the search is projected onto the surface, so that no later project
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,7 +50,13 @@ def region(hexes: np.ndarray, n_vertices: int, seeds: np.ndarray, rings: int) ->
 
 
 def raise_worst(
-    problem: FitProblem, x: np.ndarray, lengths: np.ndarray, at: Goals, cover: Springs, beta: float
+    problem: FitProblem,
+    x: np.ndarray,
+    lengths: np.ndarray,
+    at: Goals,
+    cover: Springs,
+    beta: float,
+    held: np.ndarray | None = None,
 ) -> np.ndarray:
     """Positions (V, 3) with a higher soft minimum close to the worst hexes.
 
@@ -58,11 +64,14 @@ def raise_worst(
     at : goals of x; vertices at their goals stay on the surface
     cover : springs from the target to all boundary quads
     beta : sharpness of the minimum
+    held : (V,) whether a vertex does not move; None: all move
     """
     jacobian = problem.scaled_jacobian(x)
     seeds = np.argsort(jacobian, kind="stable")[:MOST]
     seeds = seeds[jacobian[seeds] < jacobian.min() + BAND]
     part = region(problem.hexes, len(x), seeds, RINGS)
+    if held is not None:
+        part = replace(part, moves=part.moves & ~held[part.vertices])
     start = np.ascontiguousarray(x[part.vertices])
     lengths = np.ascontiguousarray(lengths[part.hexes])
     floor = min(0.5 * energy.least_determinant(start, part.corners, lengths), 1e-3)

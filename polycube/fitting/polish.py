@@ -17,7 +17,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, match, no_features, with_tolerances
+from polycube.fitting.creases.constraints import (
+    Matching,
+    match,
+    no_features,
+    on_curved,
+    with_tolerances,
+)
 from polycube.fitting.creases.recovery import recover_creases
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
@@ -50,6 +56,7 @@ def polish(
     features: bool = True,
     exact: bool = False,
     sufficient: float = np.inf,
+    hold: bool = False,
     release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
@@ -62,6 +69,7 @@ def polish(
     features : also move vertices onto the curves of the surface
     exact : features are not released
     sufficient : a state with this score is not improved
+    hold : in the local rounds, vertices on curved creases and curved CAD faces do not slide
     release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
@@ -74,7 +82,8 @@ def polish(
     )
     if best.score < sufficient:
         problem = copy(initial)  # the matches of the last search belong to the copy
-        best = _local(problem, matching, best, local_rounds)
+        held = on_curved(problem, matching) if hold else None
+        best = _local(problem, matching, best, local_rounds, held)
         best = recover_creases(problem, matching, best, crease_rounds)
     logger.info(
         "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
@@ -198,7 +207,9 @@ def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> 
     return best
 
 
-def _local(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
+def _local(
+    problem: FitProblem, matching: Matching, best: State, rounds: int, held: np.ndarray | None
+) -> State:
     """Best state of rounds close to the worst hexes; the minimum is sharpened at small gain.
 
     The springs of the surface are doubled after a round that leaves it uncovered.
@@ -208,7 +219,9 @@ def _local(problem: FitProblem, matching: Matching, best: State, rounds: int) ->
     cover, missed = cover_of(problem, best, strength)
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
-        x = raise_worst(problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta)
+        x = raise_worst(
+            problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta, held
+        )
         at = goals_of(problem, x, matching, trust)
         least = max(best.score - 0.02, 0.02)
         states = state_of(problem, x, at, trust), snap(problem, x, at, least, trust)

@@ -24,7 +24,7 @@ from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import build
-from polycube.search.chain import Chain, check_options, variants_of
+from polycube.search.chain import Chain, check_options
 from polycube.search.deadline import Deadline, TimeIsUp
 from polycube.search.history import History, Task, judged
 from polycube.search.loop import make, moves_of, search
@@ -69,7 +69,7 @@ class Run:
             raise InputError(str(error), "meshing.at") from None
         self.policy: Policy = build("policy", settings.policy)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
-        check_options(self.meshing, variants_of(self.bundle))
+        check_options(self.meshing, self.bundle)
         self.solving = self._solving()
         self.primitives = voxels(settings.primitives["use"])
         ranking = build("ranking", settings.ranking)

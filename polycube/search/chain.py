@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+import logging
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -14,6 +15,8 @@ from polycube.search.deadline import Deadline
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
 from polycube.types import HexMesh
+
+logger = logging.getLogger(__name__)
 
 HOPELESS = 50  # crossings after a stage; no mesh with more was valid in the end
 HOPELESS_SHARE = 0.01  # of the hexes; large meshes recovered from more
@@ -86,8 +89,16 @@ NOT_FITTED = "the mesh is not fitted: its vertices are not on the surface yet"
 
 
 def with_options(stages: Sequence[Stage], options: Options) -> list[Stage]:
-    """The stages with replaced options of their plugins."""
-    return [Stage(s.kind, replace(s.plugin, **options.get(s.kind, {}))) for s in stages]
+    """The stages with replaced options of their plugins, as far as these have them."""
+    return [
+        Stage(s.kind, replace(s.plugin, **_known(s.plugin, options.get(s.kind, {}))))
+        for s in stages
+    ]
+
+
+def _known(plugin: Any, options: Mapping[str, object]) -> dict[str, object]:
+    names = {each.name for each in fields(plugin)}
+    return {name: value for name, value in options.items() if name in names}
 
 
 def merged(one: Options, other: Options) -> dict[str, dict[str, object]]:
@@ -102,17 +113,34 @@ def variants_of(bundle: Mapping[str, Any]) -> list[Options]:
     return [each for each in sets if all(kind in STAGES for kind in each)]
 
 
-def check_options(stages: Sequence[Stage], options: Iterable[Options]) -> None:
-    """Raise InputError if options are replaced that the plugin of a stage does not have."""
+def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
+    """Check that the plugins of stages have the options that variants replace.
+
+    Variants of particular structures are for the plugins of the bundle: others do without them.
+
+    Raises
+    ------
+    InputError
+        If an option of `meshing.portfolio` is missing.
+    """
     plugins = {stage.kind: stage.plugin for stage in stages}
-    for kind, names in ((kind, each[kind]) for each in options for kind in each if kind in plugins):
-        lacking = sorted(set(names) - {known.name for known in fields(plugins[kind])})
-        if lacking:
-            raise InputError(
-                f"a variant of meshing sets {', '.join(lacking)} of {kind}, which "
-                f"{type(plugins[kind]).__name__} does not have; use meshing.portfolio=[{{}}], or "
-                "define your own variants"
+    for name, value in bundle.items():
+        options = [
+            (k, each[k]) for each in variants_of({name: value}) for k in each if k in plugins
+        ]
+        for kind, replaced in options:
+            lacking = sorted(set(replaced) - set(_known(plugins[kind], replaced)))
+            if not lacking:
+                continue
+            why = (
+                f"a variant of meshing.{name} sets {', '.join(lacking)} of {kind}, which "
+                f"{type(plugins[kind]).__name__} does not have"
             )
+            if name == "portfolio":
+                raise InputError(
+                    f"{why}; use meshing.portfolio=[{{}}], or define your own variants"
+                )
+            logger.info("%s", why)
 
 
 def _key(stage: Stage, state: RunState) -> tuple[object, ...]:

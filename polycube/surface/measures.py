@@ -144,6 +144,17 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def curved_faces(surface: TriMesh, tolerance: float = 1e-4) -> np.ndarray:
+    """Whether each CAD face is not a plane, by its number.
+
+    tolerance : share of its area that a plane may lose in the mean direction
+    """
+    vectors = area_vectors(surface)
+    sums = np.stack([np.bincount(surface.region, column) for column in vectors.T], axis=1)
+    area = np.bincount(surface.region, np.linalg.norm(vectors, axis=1))
+    return np.linalg.norm(sums, axis=1) < (1 - tolerance) * area
+
+
 def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
     """(size,) connected component of each node of the graph with the given links."""
     links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))

@@ -18,7 +18,7 @@ from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import layers
-from polycube.hexmesh.background.curves import Curve, Sizes
+from polycube.hexmesh.background.curves import Curve, Sizes, divided
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
@@ -27,7 +27,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
-from polycube.plugins.structure.background.stack import stack
+from polycube.plugins.structure.background.stack import _with_further, stack
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
@@ -219,7 +219,7 @@ def test_lines_of_rectangles_are_one_planar_graph(rectangles):
     assert sum(area > 0 for area in areas) == len(edges) - len(points) + parts
 
 
-@pytest.mark.parametrize("shift", [0.0, 0.1, 0.5])
+@pytest.mark.parametrize("shift", [0.0, 0.005, 0.1, 0.5])
 def test_two_polylines_of_one_circle_are_one_loop(shift):
     angle = 2 * np.pi * np.add.outer([0.0, shift], np.arange(48)) / 48
     points = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(-1, 2)
@@ -229,6 +229,38 @@ def test_two_polylines_of_one_circle_are_one_loop(shift):
     assert (np.bincount(edges.ravel()) == 2).all()
     assert np.linalg.norm(found, axis=1) == pytest.approx(np.ones(len(found)), abs=3e-3)
     assert len(loops_of(found, edges)) == 2
+
+
+def test_ends_that_are_closer_than_the_distance_from_the_curve_are_merged():
+    """Between two polylines of one circle with different chords."""
+    for near in (1e-5, 1e-4):
+        angles = [2 * np.pi * (np.arange(n) + 0.01 * (n == 48)) / n for n in (48, 104)]
+        points = np.concatenate([np.stack([np.cos(a), np.sin(a)], axis=1) for a in angles])
+        loops = [np.arange(48), 48 + np.arange(104)]
+        lines = np.concatenate([np.stack([a, np.roll(a, -1)], axis=1) for a in loops])
+        found, edges = arrangement(points, lines, near)
+        assert len(loops_of(found, edges)) == 2
+
+
+def test_further_levels_are_taken_from_the_middle_outwards():
+    """The one close to an end is kept once its neighbour is there."""
+    found = _with_further(np.array([0.0, 7]), np.array([0.54, 2.07, 4.35, 4.4, 8]))
+    assert found.tolist() == [0, 0.54, 2.07, 4.35, 7]
+
+
+def test_a_step_has_longer_edges_than_a_wall_of_its_width():
+    """Two rings; only the outer one is full in the upper slab, or only the inner one."""
+    angle = 2 * np.pi * np.arange(97) / 96
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    circle[-1] = circle[0]
+    chains = [Curve(np.zeros(0), r * circle) for r in (4, 5, 5.5)]
+    loops = [[[2], [-1]], [[3], [-2]]]
+    sizes = Sizes(size=2.0, chord=1.0, across_wall=2, around_hole=4)
+    wall, step = (
+        divided(chains, loops, np.array(full, bool), sizes)[2][1].min()
+        for full in ([[1, 0], [1, 1]], [[1, 1], [1, 0]])
+    )
+    assert wall == pytest.approx(0.5, rel=0.01) and step == pytest.approx(1.0, rel=0.01)
 
 
 def test_equal_circles_have_the_largest_of_their_numbers_of_edges():

@@ -143,12 +143,16 @@ def test_options_are_merged_and_replaced():
     assert [stage.plugin for stage in new] == [Scale(2.0), Scale(7.0)]
 
 
-def test_variants_of_another_plugin_are_refused():
+def test_variants_of_another_plugin_are_refused_or_left_out(caplog):
+    caplog.set_level("INFO")
     odd = {OPTIMIZE: {"features": False, "factor": 2.0}}
     stages = [Stage(OPTIMIZE, Scale(3.0))]
     with pytest.raises(InputError, match=r"sets features of meshing/optimize, which Scale does"):
-        check_options(stages, [{}, odd])
-    check_options(stages, [{OPTIMIZE: {"factor": 2.0}}, {"meshing/cure": {"of": "another"}}])
+        check_options(stages, {"portfolio": [{}, odd]})
+    known = [{OPTIMIZE: {"factor": 2.0}}, {"meshing/cure": {"of": "another"}}]
+    check_options(stages, {"portfolio": known, "sweep": [odd]})
+    assert "meshing.sweep sets features of meshing/optimize, which Scale" in caplog.text
+    assert with_options(stages, odd) == [Stage(OPTIMIZE, Scale(2.0))]
 
 
 def test_every_list_of_options_by_stage_is_a_list_of_variants():

@@ -8,11 +8,17 @@ import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import frame
-from polycube.surface.measures import diagonal, face_areas, face_normals, half_edges, twins
+from polycube.surface.measures import (
+    curved_faces,
+    diagonal,
+    face_areas,
+    face_normals,
+    half_edges,
+    twins,
+)
 from polycube.types import TriMesh
 
 OFF = np.geomspace(0.5, 0.02, 12)  # sine off the axis at which a triangle has half its weight
-STRAIGHT = 1e-4  # 1 - cosine of an angle: tolerance of planes
 EXACT = 1e-5  # of the diagonal: largest distance of points from a plane and a circle
 ROUGH = 0.2  # tolerance of the first axis: sine, and share of the diagonal
 FEWEST = 6  # points on a circle
@@ -60,7 +66,7 @@ def main_axis(surface: TriMesh) -> Axis:
     scale, middle = diagonal(surface), surface.vertices.mean(axis=0)
     area, normal = face_areas(surface), face_normals(surface)
     place = (surface.vertices[surface.faces].mean(axis=1) - middle) / scale
-    weight = area * _is_curved(surface)
+    weight = area * curved_faces(surface)[surface.region]
     if not weight.any():
         raise NoBackgroundError("all its faces are plane")
     lines = np.hstack([normal, np.cross(place, normal)])
@@ -74,15 +80,6 @@ def main_axis(surface: TriMesh) -> Axis:
         sine = abs(lines @ np.append(motion, axis)) / np.maximum(radius, 1e-9)
         weight = area / (1 + (sine / off) ** 2)
     return _exact(surface, axis, origin * scale + middle)
-
-
-def _is_curved(surface: TriMesh) -> np.ndarray:
-    """(F,) whether the face of a triangle is not plane."""
-    area = face_areas(surface)
-    vectors = area[:, None] * face_normals(surface)
-    total = np.bincount(surface.region, area)
-    sums = np.stack([np.bincount(surface.region, column) for column in vectors.T], axis=1)
-    return (np.linalg.norm(sums, axis=1) < (1 - STRAIGHT) * total)[surface.region]
 
 
 def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:

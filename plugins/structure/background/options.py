@@ -18,7 +18,9 @@ from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
 
 if TYPE_CHECKING:
+    from polycube.hexmesh.background.background import Background
     from polycube.hexmesh.background.curves import Sizes
+    from polycube.hexmesh.background.section import Section
 
 logger = logging.getLogger(__name__)
 
@@ -108,6 +110,29 @@ class ColumnStructure(Structure):
         if rims := [value for kind, value in wanted if kind == "around"]:
             around = max(*rims, least_around(self.around_hole))
         return Sizes(size, chord, max([self.across_wall, *through]), around)
+
+    @staticmethod
+    def section(surface: TriMesh, part: Background, sizes: Sizes) -> tuple[Section, np.ndarray]:
+        """The quads of the section of a part, and whether each cell is full in each slab (C, K).
+
+        Raises
+        ------
+        NoBackgroundError, NoQuadsError
+            If there are none.
+        """
+        from polycube.hexmesh.background.arrangement import arrangement
+        from polycube.hexmesh.background.cells import cells
+        from polycube.hexmesh.background.curves import curves, curves_round
+        from polycube.hexmesh.background.section import section
+        from polycube.surface.measures import diagonal
+
+        from .stack import NEAR
+
+        near = NEAR * diagonal(surface)
+        points, edges = arrangement(part.points, part.lines, near)
+        filled = cells(surface, part, points, edges)
+        chains = curves(points, edges, part.marks, 10 * near)
+        return section(chains, curves_round(chains, filled), filled.full, sizes), filled.full
 
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:

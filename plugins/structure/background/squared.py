@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from polycube.surface.measures import area_vectors, connected, euler, half_edges
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.surface.curves.creases import chains_of, vertices_of
+from polycube.surface.measures import area_vectors, connected, edges, euler, half_edges, place
 from polycube.types import TriMesh
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circ
 STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
 ROUND = 0.9  # largest share of the squared normals in one direction for a round face
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
+ALIGNED = 0.15  # of half the height of a hole: difference between heights that become equal
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
 Pairs = tuple[np.ndarray, np.ndarray]
@@ -35,12 +38,18 @@ class Hole(NamedTuple):
     across : (3,) unit vector, perpendicular to its direction and to the upright axis
     middle : (2,) its centre: along `across`, and the height
     extent : (2,) half its width and half its height
+    sides : (2,) heights of the lower and the upper side of its square
+    rims : vertices of the loops around it
+    windows : vertices of the other loops at its border, where other holes meet it
     """
 
     faces: np.ndarray
     across: np.ndarray
     middle: np.ndarray
     extent: np.ndarray
+    sides: np.ndarray
+    rims: list[np.ndarray]
+    windows: list[np.ndarray]
 
     def parts(self, sizes: Sizes) -> int:
         """Number of edges along each side of the square that its roundness requires."""
@@ -48,9 +57,7 @@ class Hole(NamedTuple):
 
     def levels(self, sizes: Sizes) -> np.ndarray:
         """(N,) heights that divide its upright sides."""
-        number = self.parts(sizes)
-        share = 2 * np.arange(1, number) / number - 1
-        return self.middle[1] + HALF * self.extent[1] * share
+        return np.linspace(self.sides[0], self.sides[1], self.parts(sizes) + 1)[1:-1]
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides, and the length of edges there."""
@@ -60,11 +67,10 @@ class Hole(NamedTuple):
         return np.column_stack([places[inner, :2], length])
 
 
-def holes_across(
-    surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]
-) -> Iterator[Hole]:
+def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> list[Hole]:
     """The round holes and slots that contain some faces of a surface.
 
+    Sides of their squares at nearly the same height are at the same one, to save thin layers.
     Polygonal passages are left to polycubes, which have fewer hexes there.
 
     Parameters
@@ -73,6 +79,20 @@ def holes_across(
     pairs : of half-edges on a common edge, as `twins` finds them
     numbers : CAD faces
     """
+    found = list(_holes(surface, at, pairs, numbers))
+    if not found:
+        return found
+    heights = np.concatenate([hole.sides for hole in found])
+    order = np.argsort(heights, kind="stable")
+    near = ALIGNED * np.repeat([hole.extent[1] for hole in found], 2)[order]
+    gap = np.diff(heights[order]) > np.minimum(near[1:], near[:-1])
+    group = np.append(0, np.cumsum(gap))
+    heights[order] = (np.bincount(group, heights[order]) / np.bincount(group))[group]
+    sides = heights.reshape(-1, 2)
+    return [hole._replace(sides=own) for hole, own in zip(found, sides, strict=True)]
+
+
+def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> Iterator[Hole]:
     vectors = area_vectors(TriMesh(at, surface.faces))
     seen = np.zeros(len(surface.faces), bool)
     for number in numbers:
@@ -82,11 +102,9 @@ def holes_across(
             continue
         ring = _ring(surface, at, pairs, vectors, along, own)
         seen[ring] = True
-        if euler(surface.faces[ring]) == 0:
-            across = np.cross([0, 0, 1], along)
-            hole = _hole(surface, at, vectors, across, ring)
-            if hole is not None:
-                yield hole
+        hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
+        if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
+            yield hole
 
 
 def _direction(vectors: np.ndarray) -> np.ndarray | None:
@@ -137,27 +155,56 @@ def _hole(
     for number in np.unique(surface.region[ring]):
         own = normals[surface.region[ring] == number]
         if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
-            return Hole(ring, across, middle, (high - low) / 2)
+            loops = _loops(surface.faces[ring])
+            turns = [_turn(flat[loop] - middle) for loop in loops]
+            rims, windows = (
+                [loop for loop, turn in zip(loops, turns, strict=True) if bool(turn) == is_round]
+                for is_round in (True, False)
+            )
+            extent = (high - low) / 2
+            sides = middle[1] + HALF * extent[1] * np.array([-1, 1])
+            return Hole(ring, across, middle, extent, sides, rims, windows)
     return None
 
 
-def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:
+def _loops(faces: np.ndarray) -> list[np.ndarray]:
+    """Vertices of the loops at the border of triangles."""
+    ends, number, _ = edges(faces)
+    border = ends[number == 1]
+    return [vertices_of(border, chain)[:-1] for chain in chains_of(border)]
+
+
+def _turn(places: np.ndarray) -> int:
+    """Number of turns of a loop (N, 2) about the origin."""
+    angle = np.arctan2(places[:, 1], places[:, 0])
+    return round(
+        ((np.diff(angle, append=angle[0]) + np.pi) % (2 * np.pi) - np.pi).sum() / np.pi / 2
+    )
+
+
+def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     """Make a hole square in place.
 
-    Vertices between two sides are moved to the edge between them.
+    Vertices between two sides are moved to the edge between them, and the vertices of rims along
+    the upright walls that the hole meets.
 
     Parameters
     ----------
     at : (V, 3) vertices in the frame
-    faces : (F, 3) triangles of the surface
 
     Returns
     -------
     (N,) the side of each triangle of the hole: 0 and 2 upright, 1 the upper and 3 the lower one
+
+    Raises
+    ------
+    NoBackgroundError
+        If a window is on an upright side.
     """
-    used, local = np.unique(faces[hole.faces], return_inverse=True)
+    used, local = np.unique(surface.faces[hole.faces], return_inverse=True)
     local = local.reshape(-1, 3)
-    x, y = ((at[used] @ hole.across, at[used, 2]) - hole.middle[:, None]) / hole.extent[:, None]
+    before = np.stack([at[used] @ hole.across, at[used, 2]], axis=1)
+    x, y = ((before - hole.middle) / hole.extent).T
     share = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4  # number of sides up to a vertex
     turn = np.exp(np.pi / 2 * 1j * share)
     side = np.floor(np.angle(turn[local].sum(axis=1)) / (np.pi / 2) % 4).astype(np.int64) % 4
@@ -166,9 +213,19 @@ def square(at: np.ndarray, faces: np.ndarray, hole: Hole) -> np.ndarray:
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    corner = np.array([[1, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
+    half, (low, high) = HALF * hole.extent[0], hole.sides
+    corner = np.array([[half, low], [half, high], [-half, high], [-half, low], [half, low]])
     flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-    flat = hole.middle + HALF * hole.extent * flat
-    at[used] += np.multiply.outer(flat[:, 0] - at[used] @ hole.across, hole.across)
-    at[used, 2] = flat[:, 1]
+    flat[:, 0] += hole.middle[0]
+    along = at[used] @ np.cross(hole.across, [0, 0, 1])
+    for rim in (np.searchsorted(used, loop) for loop in hole.rims):
+        known = rim[np.argsort(before[rim, 0], kind="stable")]
+        along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
+    for window in (np.searchsorted(used, loop) for loop in hole.windows):
+        if on_side[window][:, ::2].any():
+            where = place(surface, surface.vertices[used[window[0]]])
+            raise NoBackgroundError(f"holes meet at their sides near {where}")
+        flat[window, 0] = before[window, 0]
+    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]])
+    at[used] += np.multiply.outer(along, np.cross(hole.across, [0, 0, 1]))
     return side

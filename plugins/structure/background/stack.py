@@ -9,7 +9,7 @@ import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.plane import frame
-from polycube.surface.measures import area_vectors, diagonal, half_edges, place, twins
+from polycube.surface.measures import curved_faces, diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
 from .squared import Pairs
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
-PLANE = 0.99  # share of the area of a face along its mean normal, from which it is a plane
+PLANE = 0.01  # share of the area that a nearly plane face may lose in its mean direction
 AXES = 6  # number of directions tried, those of the largest planes
 
 
@@ -44,8 +44,9 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)
     pairs, axes = twins(surface.faces), list(_axes(known))
+    has_round_face = len(surface.region) and curved_faces(surface, PLANE).any()
     reasons = []
-    for may_lean in (False, True)[: 1 + _has_round_face(surface)]:
+    for may_lean in (False, True)[: 1 + has_round_face]:
         found = []
         for axis in axes:
             try:
@@ -56,16 +57,6 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
         if found:
             return min(found, key=lambda each: (_shift(surface, each[1]), len(each[0].levels)))
     raise reasons[-len(axes)]
-
-
-def _has_round_face(surface: TriMesh) -> bool:
-    """Whether a CAD face is not a plane."""
-    if not len(surface.region):
-        return False
-    vectors = area_vectors(surface)
-    sums = np.stack([np.bincount(surface.region, c) for c in vectors.T], axis=1)
-    area = np.bincount(surface.region, np.linalg.norm(vectors, axis=1))
-    return bool((np.linalg.norm(sums, axis=1) < PLANE * area).any())
 
 
 def _shift(surface: TriMesh, part: Upright | None) -> float:
@@ -138,11 +129,13 @@ def _levels(heights: np.ndarray, near: float) -> np.ndarray:
 
 
 def _with_further(levels: np.ndarray, further: np.ndarray) -> np.ndarray:
-    """Ascending levels with those further ones that are not close to others."""
-    for height in np.sort(further):
+    """Ascending levels with those further ones that are not close to others, the farthest first."""
+    further = further[(further > levels[0]) & (further < levels[-1])]
+    while len(further):
+        off = abs(further[:, None] - levels).min(axis=1)
+        height, further = further[off.argmax()], np.delete(further, off.argmax())
         k = np.searchsorted(levels, height)
-        if 0 < k < len(levels):
-            gaps = height - levels[k - 1], levels[k] - height
-            if min(gaps) > CLOSE * max(gaps):
-                levels = np.insert(levels, k, height)
+        gaps = height - levels[k - 1], levels[k] - height
+        if min(gaps) > CLOSE * max(gaps):
+            levels = np.insert(levels, k, height)
     return levels

@@ -28,24 +28,15 @@ class Sweep(ColumnStructure):
 
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a stack of slabs."""
-        from polycube.hexmesh.background.arrangement import arrangement
-        from polycube.hexmesh.background.cells import cells
         from polycube.hexmesh.background.columns import columns, layers
-        from polycube.hexmesh.background.curves import curves, curves_round
-        from polycube.hexmesh.background.section import section
-        from polycube.surface.measures import diagonal
 
         from .moved_back import moved_back
-        from .stack import NEAR, stack
+        from .stack import stack
 
-        near = NEAR * diagonal(surface)
         part, straight = stack(surface, sizes)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
-        points, edges = arrangement(part.points, part.lines, near)
-        filled = cells(straight.surface if straight else surface, part, points, edges)
-        chains = curves(points, edges, part.marks, 10 * near)
-        flat = section(chains, curves_round(chains, filled), sizes)
-        number = layers(part.levels, filled.full, sizes.size, sizes.across_wall)
-        mesh = columns(flat, part, filled.full, number)
+        flat, full = self.section(straight.surface if straight else surface, part, sizes)
+        number = layers(part.levels, full, sizes.size, sizes.across_wall)
+        mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)

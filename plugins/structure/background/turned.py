@@ -65,7 +65,7 @@ class Turned(ColumnStructure):
         rings = [n for n, own in enumerate(is_core) if not own]
         ring = Cells(tuple(filled.loops[n] for n in rings), full[rings])
         chains = curves(points, edges, part.marks, 10 * near)
-        flat = section(chains, curves_round(chains, ring), sizes)
+        flat = section(chains, curves_round(chains, ring), ring.full, sizes)
         number = self._sectors(part.points[:, 1].max(), np.diff(part.levels), sizes)
         meshes = [columns(flat, part, ring.full, number)]
         for outline, own in zip(outlines, is_core, strict=True):

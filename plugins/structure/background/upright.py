@@ -65,7 +65,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     ------
     NoBackgroundError
         If a face that leans does not have one or two borders at constant heights, or if a plane
-        is oblique.
+        is oblique, or if holes across the axis meet at their sides.
     """
     rows = frame(axis)
     at = surface.vertices @ rows.T
@@ -78,7 +78,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
     for hole in holes_across(surface, at, pairs, leans):
-        pieces = np.column_stack([region[hole.faces], square(at, surface.faces, hole)])
+        pieces = np.column_stack([region[hole.faces], square(surface, at, hole)])
         kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
         region[hole.faces] = len(is_wall) + piece.ravel()
         is_changed[hole.faces] = True

@@ -115,8 +115,9 @@ def check_walls(
         vertices = np.unique(surface.faces[own])
         lines = across[ends[(wall[adjacent] == number).any(axis=1)]]
         off = to_lines(across[vertices], lines)[0].min(axis=1, initial=np.inf)
-        chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max(initial=0)
-        if abs(flat[own].sum()) > FLAT * known.area[own].sum() or off.max() > near + SAG * chord:
+        chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1)
+        between = FLAT * known.area[own].sum() + SAG * (chord**2).sum()  # of two polylines
+        if abs(flat[own].sum()) > between or off.max() > near + SAG * chord.max(initial=0):
             where = surface.vertices[vertices[np.argmax(off)]]
             raise NoBackgroundError(
                 f"a face is not parallel to an axis near {place(surface, where)}"

@@ -17,12 +17,13 @@ from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, curved_faces
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
 NEAR = 0.04
 ALLOWED = 0.0025  # permitted distance from exact features at straight curves, in diagonals
 NEAREST = 0.0005  # smallest permitted distance, at curved ones
+STRAIGHT = 1 - 1e-5  # smallest ratio of the chord of a straight crease to its length
 FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 
 
@@ -139,6 +140,22 @@ def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:
     """(E,) whether each boundary edge is on the path of a crease."""
     key = np.array([len(problem.mesh.vertices), 1])
     return np.isin(problem.sides @ key, matching.sides @ key)
+
+
+def on_curved(problem: FitProblem, matching: Matching) -> np.ndarray:
+    """(V,) whether a vertex is on a curved crease or on a curved CAD face.
+
+    There, the distance of edges and quads depends on even spacing.
+    """
+    surface = problem.target.surface
+    found = np.zeros(len(problem.mesh.vertices), bool)
+    if len(surface.region):
+        found[problem.outer] = curved_faces(surface)[problem.vertex_face]
+    for route in matching.routes:
+        points = route.crease.points
+        if np.linalg.norm(points[-1] - points[0]) < STRAIGHT * route.crease.length:
+            found[route.vertices] = True
+    return found
 
 
 def with_tolerances(matching: Matching, n_vertices: int) -> Matching:

@@ -40,8 +40,9 @@ def arrangement(
     sag = np.maximum(sag, _sags(points, lines))
     for _ in range(ROUNDS):
         number = len(lines)
-        owner, point = _points_on(points, lines, near + sag)
+        owner, point = _points_on(points, lines, near + sag, near)
         lines, sag = _split(points, lines, sag, owner, point)
+        points, lines, sag = _without_short(points, lines, sag, near)
         if len(lines) == number and not len(owner):
             break
     crossing, owner = _crossings(points, lines, near)
@@ -104,19 +105,22 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
 
 
 def _points_on(
-    points: np.ndarray, lines: np.ndarray, within: np.ndarray
+    points: np.ndarray, lines: np.ndarray, within: np.ndarray, near: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (N,) and points (N,) on them between their ends, within distances (S,)."""
+    """Lines (N,) and points (N,) on them between their ends, within distances (S,).
+
+    Points closer than `near` to an end are not between.
+    """
     start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
-    near = cKDTree(points).query_ball_point(start + step / 2, length / 2 + within)
-    owner = np.repeat(np.arange(len(lines)), [len(each) for each in near])
-    point = np.concatenate([*near, []]).astype(np.int64)
+    balls = cKDTree(points).query_ball_point(start + step / 2, length / 2 + within)
+    owner = np.repeat(np.arange(len(lines)), [len(each) for each in balls])
+    point = np.concatenate([*balls, []]).astype(np.int64)
     out = points[point] - start[owner]
     along = np.einsum("nd,nd->n", out, step[owner]) / length[owner]
     off = abs(out[:, 0] * step[owner, 1] - out[:, 1] * step[owner, 0]) / length[owner]
     gap = within[owner]
-    on = (off < gap) & (along > gap) & (along < length[owner] - gap)
+    on = (off < gap) & (along > near) & (along < length[owner] - near)
     on &= (point[:, None] != lines[owner]).all(axis=1)
     return owner[on], point[on]
 
@@ -134,6 +138,16 @@ def _split(
     owner, point = owner[order], point[order]
     same = owner[1:] == owner[:-1]
     return _distinct(np.stack([point[:-1], point[1:]], axis=1)[same], sag[owner[1:][same]])
+
+
+def _without_short(
+    points: np.ndarray, lines: np.ndarray, sag: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Merge the ends of chords that are shorter than their distance from the curve."""
+    is_short = np.linalg.norm(np.diff(points[lines], axis=1)[:, 0], axis=1) < near + sag
+    first, second = lines[is_short].T
+    name = connected(first, second, len(points))
+    return _means(points, name), *_distinct(name[lines], sag)
 
 
 def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ class Background:
     """The section of a part, its levels, and the map of both to space.
 
     A part is the union of cells of its section between levels: of a plane section between heights
-    (swept), or of a section (z, r) between angles (turned).
+    (swept), of a section (z, r) between angles (turned), or of a section along a path (bent).
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Cell:
 
 
 def borders(
-    chains: list[Curve], loops: list[list[Side]], sizes: Sizes, has_rings: bool
+    chains: list[Curve], loops: list[list[Side]], full: np.ndarray, sizes: Sizes, has_rings: bool
 ) -> tuple[np.ndarray, list[Cell]]:
     """Points (P, 2) along the curves and in rings, and the cells.
 
@@ -50,9 +50,10 @@ def borders(
     chains : curves of the section
     loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
         opposite direction
+    full : (C, K) whether each cell is full in each slab
     has_rings : whether cells have a ring of quads along smooth loops
     """
-    wanted = divided(chains, loops, sizes)
+    wanted = divided(chains, loops, full, sizes)
     number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
     sides = [_four_sides(chains, cell) or _annulus(chains, cell) for cell in loops]
     number = _even(equalized(chains, number), [each for each in sides if each])

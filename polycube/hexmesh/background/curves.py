@@ -19,6 +19,7 @@ GROWTH = 0.3  # increase of the size per distance from a small one
 # share of the permitted distance of an edge from its curve, because later stages move its ends
 CHORD_SHARE = 0.6
 SHORT = 0.05  # of an edge of twice the size: permitted excess length of a curve
+GRADED = 1.3  # ratio of the mean to the smallest size from which an arc has edges of both
 NEARBY = 0.25  # of a length that is wanted at a place: distance to which it holds
 FINEST = 4  # largest factor by which edges between close curves are smaller than wanted
 
@@ -150,12 +151,17 @@ def curves_round(chains: list[Curve], cells: Cells) -> list[list[list[int]]]:
 
 
 def divided(
-    chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes
+    chains: list[Curve], loops: list[list[list[int]]], full: np.ndarray, sizes: Sizes
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Arc lengths (S,) of samples of each curve, and the wanted edge size there (S,)."""
-    sides = np.zeros((len(chains), 2), bool)  # whether there is a cell on the left and on the right
-    for signed in (number for cell in loops for loop in cell for number in loop):
-        sides[abs(signed) - 1, int(signed < 0)] = True
+    """Arc lengths (S,) of samples of each curve, and the wanted edge size there (S,).
+
+    full : (C, K) whether each cell is full in each slab
+    """
+    beside = np.full((len(chains), 2), -1)  # the cell on the left and on the right
+    for number, cell in enumerate(loops):
+        for signed in (signed for loop in cell for signed in loop):
+            beside[abs(signed) - 1, int(signed < 0)] = number
+    full = np.concatenate([full, np.zeros((1, full.shape[1]), bool)])
     arcs, wanted = [], []
     for chain in chains:
         arc = chain.arc
@@ -171,16 +177,20 @@ def divided(
         off, dot = cKDTree(sizes.fine[:, :2]).query(places)
         fine = sizes.fine[dot, 2]
         size = np.where(off < NEARBY * fine, np.minimum(size, fine), size)
-    strip = STRETCH / sizes.across_wall
-    one, two = cKDTree(places).query_pairs(sizes.size / strip, output_type="ndarray").T
+    reach = sizes.across_wall / STRETCH * sizes.size
+    one, two = cKDTree(places).query_pairs(reach, output_type="ndarray").T
     offset = places[two] - places[one]
     gap = np.linalg.norm(offset, axis=1)
-    for side, sign in ((0, 1), (1, -1)):  # the strip is on the left of one curve, or on its right
-        here = sign * np.einsum("nd,nd->n", offset, normals[one]) > FACING * gap
-        there = np.einsum("nd,nd->n", offset, normals[two])
-        for end in (one, two):
-            facing = here & (abs(there) > FACING * gap) & sides[owner[one], side]
-            np.minimum.at(size, end[facing], strip * gap[facing])
+    here, there = (np.einsum("nd,nd->n", offset, normals[end]) for end in (one, two))
+    facing = (abs(here) > FACING * gap) & (abs(there) > FACING * gap)
+    one, two, gap, here, there = (each[facing] for each in (one, two, gap, here, there))
+    # the strip is on the left of the first curve, or on its right
+    inner = beside[owner[one], (here < 0).astype(int)], beside[owner[two], (there > 0).astype(int)]
+    outer = beside[owner[one], (here > 0).astype(int)], beside[owner[two], (there < 0).astype(int)]
+    is_wall = full[inner[0]] & full[inner[1]] & ~full[outer[0]] & ~full[outer[1]]
+    longest = STRETCH * gap / np.where(is_wall.any(axis=1), sizes.across_wall, 1)
+    for end in (one, two):
+        np.minimum.at(size, end[inner[0] >= 0], longest[inner[0] >= 0])
     size = _graded(places, np.maximum(size, sizes.size / FINEST))
     bounds = np.cumsum(counts)[:-1]
     return list(zip(arcs, np.split(size, bounds), strict=True))
@@ -216,10 +226,17 @@ def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
     return found
 
 
+def _is_even(chain: Curve, size: np.ndarray) -> bool:
+    """Whether a curve gets edges of equal length: an arc without a short fine part."""
+    mean = len(size) / float((1 / size).sum())
+    return chain.is_even and (chain.is_round or mean < GRADED * float(size.min()))
+
+
 def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Sizes) -> int:
     """Number of quad edges along a curve: even, and sufficient for its turn."""
     total = float(chain.arc[-1])
-    parts = total / (float(size.min()) if chain.is_even else len(arc) / float((1 / size).sum()))
+    mean = len(arc) / float((1 / size).sum())
+    parts = total / (float(size.min()) if _is_even(chain, size) else mean)
     half = np.round(parts / 2) if chain.turn < CORNER else np.ceil(parts / 2 - SHORT)
     circle = total * 2 * np.pi / max(chain.turn, CORNER)
     around = edges_around(sizes.around_hole, circle, sizes.size)
@@ -231,7 +248,7 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
 def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.ndarray:
     """(number + 1, 2) points along a curve: evenly spaced on an arc, else by wanted size."""
     total = float(chain.arc[-1])
-    cumulated = np.append(0, np.cumsum(np.ones(len(arc)) if chain.is_even else 1 / size))
+    cumulated = np.append(0, np.cumsum(size**0 if _is_even(chain, size) else 1 / size))
     knots = np.arange(len(arc) + 1) / len(arc) * total
     where = np.interp(np.linspace(0, cumulated[-1], number + 1), cumulated, knots)
     found = _at(chain, where)[:, 0]

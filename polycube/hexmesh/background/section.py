@@ -39,7 +39,9 @@ class Section:
     cell: np.ndarray
 
 
-def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> Section:
+def section(
+    chains: list[Curve], loops: list[list[list[int]]], full: np.ndarray, sizes: Sizes
+) -> Section:
     """Quads of all cells of a planar graph, the best of several results.
 
     These are made with different sizes, with and without rings along smooth borders, and with the
@@ -50,6 +52,7 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
     chains : its curves
     loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
         opposite direction
+    full : (C, K) whether each cell is full in each slab
 
     Raises
     ------
@@ -60,7 +63,7 @@ def section(chains: list[Curve], loops: list[list[list[int]]], sizes: Sizes) -> 
     drafts = []
     for scale, has_rings in variants:
         scaled = replace(sizes, size=scale * sizes.size)
-        drafts.append(_draft(*borders(chains, loops, scaled, has_rings), scaled.size))
+        drafts.append(_draft(*borders(chains, loops, full, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
     best, key = None, (0.0, 0.0, 0.0)

@@ -1,15 +1,17 @@
 """Quads of planar regions by Gmsh: `python -m polycube.hexmesh.generation.quad_worker`.
 
 It is a separate process, because Gmsh replaces signal handlers, may crash, and is under the GPL. It
-reads a request as JSON from standard input (see `quads.quads`) and writes arrays to the .npz file
-given there.
+reads a request as JSON from standard input (see `quads.quads`) and writes arrays to .npz files in
+the folder given there.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import time
 from itertools import product
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -29,27 +31,43 @@ METHODS = (  # algorithms of triangulation and of recombination
     (8, 1),  # the same with Blossom recombination
 )
 QUAD = 3  # element type
+SECONDS = 2  # of the processor, for the quads of a plane by one method
+PER_POINT = 4e-3  # the same for each point on its borders
 
 
 def main() -> None:
-    """Make the quads of the requested regions."""
+    """Make the quads of the requested regions by each method, from the `first` combination on.
+
+    Writes a file for each that succeeds, and a line to the standard output after each.
+    """
     request = json.load(sys.stdin)
     import gmsh
 
     gmsh.initialize(interruptible=False)
     for name, value in OPTIONS.items():
         gmsh.option.setNumber(name, value)
-    found: dict[str, np.ndarray] = {}
-    planes: list[int] = []
-    for (plane, plane_request), method in product(enumerate(request["planes"]), METHODS):
+    combinations = list(enumerate(product(enumerate(request["planes"]), METHODS)))
+    for number, ((plane, plane_request), method) in combinations[request["first"] :]:
+        _limit(SECONDS + PER_POINT * len(plane_request["points"]))
         try:
             made = _quads(gmsh, plane_request, *method)
         except Exception:  # any exception of Gmsh if it cannot mesh a region
-            continue
-        found |= {f"{name}{len(planes)}": array for name, array in made.items()}
-        planes.append(plane)
-    np.savez(request["output"], allow_pickle=False, plane=np.array(planes, np.int64), **found)
+            made = {}
+        if made:
+            output = Path(request["folder"]) / f"{number}.npz"
+            np.savez(output, allow_pickle=False, plane=np.array(plane), **made)
+        sys.stdout.write(f"{number}\n")
+        sys.stdout.flush()
     gmsh.finalize()
+
+
+def _limit(seconds: float) -> None:
+    """End this process if it takes more seconds from here on: Gmsh may not return."""
+    if sys.platform != "win32":
+        import resource
+
+        until = int(time.process_time() + seconds)
+        resource.setrlimit(resource.RLIMIT_CPU, (until, resource.RLIM_INFINITY))
 
 
 def _quads(

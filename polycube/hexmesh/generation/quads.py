@@ -63,34 +63,44 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
     NoQuadsError
         If Gmsh returns no quads.
     """
+    found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "quads.npz"
-        request = {"output": str(output), "planes": [_plain(plane) for plane in planes]}
+        last = _run(Path(folder), planes)
+        for path in sorted(Path(folder).glob("*.npz"), key=lambda path: int(path.stem)):
+            with np.load(path) as arrays:
+                places, faces, region = (arrays[name] for name in NAMES)
+                faces = _counter_clockwise(places, faces, region)
+                found[int(arrays["plane"])].append((places, faces, region))
+    if not any(found):
+        raise NoQuadsError(f"Gmsh made no quads: {last}")
+    return found
+
+
+def _run(folder: Path, planes: Sequence[Plane]) -> str:
+    """Let the worker write its files, and return its last message.
+
+    If it ends at a plane and a method, because Gmsh crashed or did not return, it goes on after it.
+    """
+    first, last = 0, "its meshes are empty"
+    request = {"folder": str(folder), "planes": [_plain(plane) for plane in planes]}
+    while True:
         try:
             done = subprocess.run(
                 [sys.executable, "-m", "polycube.hexmesh.generation.quad_worker"],
-                input=json.dumps(request),
+                input=json.dumps({**request, "first": first}),
                 capture_output=True,
                 text=True,
                 errors="replace",
                 timeout=SECONDS,
             )
         except subprocess.TimeoutExpired:
-            raise NoQuadsError(f"Gmsh did not finish in {SECONDS} s") from None
-        if not output.is_file():
-            if "import gmsh" in done.stderr:
-                raise MissingPackage("quads are made by gmsh, which does not load", remedy=INSTALL)
-            last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
-            raise NoQuadsError(f"Gmsh made no quads: {last}")
-        found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
-        with np.load(output) as arrays:
-            for number, plane in enumerate(arrays["plane"].tolist()):
-                places, faces, region = (arrays[f"{name}{number}"] for name in NAMES)
-                faces = _counter_clockwise(places, faces, region)
-                found[plane].append((places, faces, region))
-    if not any(found):
-        raise NoQuadsError("Gmsh made no quads")
-    return found
+            return f"it did not finish in {SECONDS} s"
+        if "import gmsh" in done.stderr:
+            raise MissingPackage("quads are made by gmsh, which does not load", remedy=INSTALL)
+        if not done.returncode:
+            return last
+        last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
+        first += len(done.stdout.split()) + 1
 
 
 def _plain(plane: Plane) -> dict[str, object]:

@@ -1,0 +1,119 @@
+"""Bent bars and tubes: their path, and hexes that fill them."""
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from polycube.errors import MissingPackage
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.connectivity import check_conforming, genus
+from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.quality import volume
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.io.surfaces import read_surface
+from polycube.plugins.structure.background.path import path
+from polycube.registry import build
+from polycube.surface import measures
+from polycube.types import Candidate, TriMesh
+from tests.fixtures.bent import SQUARE, bent
+from tests.fixtures.cad_parts import write
+from tests.fixtures.polycubes import PRIMITIVES
+from tests.fixtures.surfaces import box
+
+TURN = Rotation.random(random_state=3).as_matrix()
+RADII, ANGLES = st.floats(2, 9), st.floats(10, 200)
+PIECES = st.lists(st.tuples(st.floats(0.5, 9), RADII, ANGLES), min_size=1, max_size=3)
+
+
+def propose(surface: TriMesh, **options) -> list[Candidate]:
+    config = {"plugin": "bent", "curvature": None, **options}
+    plugin = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)
+    try:
+        return plugin(surface, ())
+    except MissingPackage:
+        pytest.skip("Gmsh does not load")
+
+
+def placed(surface: TriMesh, scale: float = 1.0) -> TriMesh:
+    return replace(surface, vertices=scale * surface.vertices @ TURN.T + 5)
+
+
+@settings(deadline=None, max_examples=40)
+@given(PIECES)
+def test_the_path_has_the_lines_and_arcs_of_which_a_part_is_made(pieces):
+    found = path(placed(bent(SQUARE, pieces)))
+    wanted = np.array(
+        [
+            part
+            for length, radius, angle in pieces
+            for part in ((length, 0), (radius * np.radians(angle), np.radians(angle)))
+        ]
+    )
+    known = np.array([(motion.length, motion.angle) for motion in found.motions])
+    if not np.allclose(known, wanted):  # from the other end
+        wanted = wanted[::-1]
+    assert known == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+    assert found.background.levels[1:] == pytest.approx(np.cumsum(wanted[:, 0]))
+
+
+@settings(deadline=None, max_examples=20)
+@given(PIECES)
+def test_the_ends_of_the_path_are_those_of_the_part(pieces):
+    surface = placed(bent(SQUARE, pieces))
+    part = path(surface).background
+    for level in part.levels[[0, -1]]:
+        places = part.place(np.column_stack([part.points, np.full(len(part.points), level)]))
+        ends = [surface.vertices[np.unique(surface.faces[surface.region == k])] for k in (1, 2)]
+        gaps = [np.linalg.norm(places[:, None] - end, axis=2).min(axis=1).max() for end in ends]
+        assert min(gaps) < 1e-9
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+def test_hexes_fill_a_bent_bar(scale):
+    """Its volume is the area of the section times the path of its centre (Pappus)."""
+    surface = placed(bent(SQUARE, [(4, 3, 90), (0, 5, 180), (2, 0, 0)], step=1.0), scale)
+    [candidate] = propose(surface, size=scale)
+    mesh = candidate.blocks
+    check_conforming(mesh)
+    assert genus(mesh) == 0
+    length = 4 + np.pi / 2 * 3 + np.pi * 5 + 2
+    assert volume(mesh) == pytest.approx(4 * length * scale**3, rel=0.02)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.9
+
+
+@pytest.mark.parametrize(("around_hole", "wanted"), [(12, 4), (24, 6), (40, 10)])
+def test_a_quarter_turn_has_four_hexes_or_more(around_hole, wanted):
+    surface = bent(SQUARE, [(0, 8, 90)])
+    [candidate] = propose(surface, size=100.0, around_hole=around_hole)
+    assert len(candidate.blocks.hexes) == 4 * wanted
+
+
+def test_an_elbow_is_on_its_curves(tmp_path):
+    surface, _ = read_surface(write("elbow", tmp_path))
+    [candidate] = propose(surface, curvature="0.2%")
+    mesh = candidate.blocks
+    check_conforming(mesh)
+    assert genus(mesh) == 1
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 3e-3
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.8
+    assert len(mesh.hexes) < 1500
+
+
+def test_other_parts_are_refused_with_the_reason(caplog):
+    with pytest.raises(NoBackgroundError, match="it has no CAD faces"):
+        path(box((0, 0, 0), (1, 1, 1)))
+    with pytest.raises(NoBackgroundError, match="it has no bend"):
+        path(bent(SQUARE, [(4, 0, 0)]))
+    tapered = bent(SQUARE, [(4, 3, 90)])
+    end = np.unique(tapered.faces[tapered.region == 2])
+    moved = tapered.vertices.copy()
+    moved[end] += 0.2 * (moved[end] - moved[end].mean(axis=0))
+    caplog.set_level(logging.INFO)
+    assert propose(replace(tapered, vertices=moved)) == []
+    assert "bent: nothing is proposed, because its section is not constant" in caplog.text
+    assert measures.is_closed(tapered.faces)
