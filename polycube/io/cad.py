@@ -21,7 +21,7 @@ from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
 from polycube.io.file_units import file_unit, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import Late, read_separately, unreadable
 from polycube.io.step.faces import Named, named_faces
-from polycube.io.step.text import STEP
+from polycube.io.step.text import STEP, exchange
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
@@ -82,6 +82,10 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
             f"use analysis.units=auto"
         )
+    names = (surface.name, *surface.region_names, *surface.region_groups, *surface.region_edges)
+    if path.suffix.lower() in STEP and not all(map(str.isascii, names)):
+        if not exchange(path).is_unicode:
+            notes.append("the file is not UTF-8; its names were read as ISO 8859-1")
     if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
     if "way" in found and found["way"] != WAYS[0]:

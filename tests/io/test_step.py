@@ -59,10 +59,18 @@ def test_the_encoding_of_a_file_is_recognized(tmp_path, code) -> None:
     assert exchange(path).name("1") == "Größe"
 
 
-def test_names_in_an_unknown_encoding_stay_different(tmp_path) -> None:
-    path = tmp_path / "a.step"
-    path.write_bytes("#1=A('固定面');#2=A('載荷面');#3=A('安装孔');".encode("gb18030"))
-    assert len({exchange(path).name(n) for n in "123"}) == 3
+@pytest.mark.parametrize("code", ["gb18030", "cp932"])
+def test_names_in_another_encoding_stay_different_and_are_noted(tmp_path, code) -> None:
+    names = ["固定面", "荷重面", "安全孔", "表面", "面表", "孔"]
+    path = box(tmp_path / "a.step", names)
+    path.write_bytes(path.read_text(encoding="utf-8").encode(code))
+    surface, notes = read_surface(path)
+    assert notes == ["the file is not UTF-8; its names were read as ISO 8859-1"]
+    assert len(set(surface.region_names)) == 6
+    named = re.compile("cad_(?!face_)")
+    sets = [name for name in cad_sets(surface).numbers if named.match(name)]
+    assert len({name.lower() for name in sets}) == 6
+    assert [list(cad_sets(surface).numbers[name]) for name in sets] == [[k] for k in range(1, 7)]
 
 
 @pytest.mark.parametrize("piece", ["'", "/*", "#1=", r"'\X2\ABCD", "#", "''", "("])
