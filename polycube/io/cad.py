@@ -34,7 +34,7 @@ SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 GROUPS = ("name", "colour", "layer", "none")
-LATER = 0.4  # share of the time limit for larger triangles, if the others do not end
+SHARES = (0.6, 0.25, 0.25)  # of the time limit for each of `WAYS`
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -160,7 +160,7 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     """
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
     first, seconds = None, 0
-    for way in WAYS:
+    for way, share in zip(WAYS, SHARES, strict=True):
         request = {
             "solid": options.solid,
             "segments": options.segments,
@@ -168,11 +168,11 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
             "way": way,
         }
         try:
-            found = *read_separately("polycube.io.cad_worker", path, request, effort), way
+            found = *read_separately("polycube.io.cad_worker", path, request, share * effort), way
         except Late as late:
             if TESSELLATING not in late.errors:
                 raise
-            seconds, effort = max(seconds, late.seconds), LATER
+            seconds = max(seconds, late.seconds)
             continue
         if OPEN not in found[1]:
             return found
