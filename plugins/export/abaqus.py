@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
+from .problem import WithProblem
 from .text import count, lines, narrow, wrapped, write
-
-if TYPE_CHECKING:
-    from polycube.analysis.problem import Problem
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
 OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
@@ -26,7 +24,7 @@ ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 
 @register("export", "abaqus")
 @dataclass(frozen=True)
-class Abaqus:
+class Abaqus(WithProblem):
     """Abaqus and CalculiX (.inp): mesh, sets, and the problem of `analysis`, ready to run.
 
     Parameters
@@ -37,9 +35,7 @@ class Abaqus:
     """
 
     element: str = "C3D8I"
-    step: bool = True
     spline: Spline | None = field(default=None, metadata=BY_RUN)
-    problem: Problem | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
         if self.element not in ELEMENTS:
@@ -49,11 +45,6 @@ class Abaqus:
             )
 
     suffix: ClassVar[str] = ".inp"
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the file needs."""
-        return self.problem.places if self.step and self.problem else []
 
     @property
     def _nodes(self) -> int:
@@ -71,12 +62,11 @@ class Abaqus:
         from polycube.spline.second_order import hex_elements
 
         from .deck import deck, node_set, sides_of, surface
-        from .loads import Loads
 
         own, sides = hex_elements(hexes, self.spline, self._nodes), sides_of(hexes)
-        problem = self.problem if self.step else None
-        kind = f"DC3D{self._nodes}" if isinstance(problem, Conduction) else self.element
-        loads = Loads(problem, hexes, own) if problem else None
+        loads = self.loads(hexes, own)
+        is_heat = loads is not None and isinstance(loads.problem, Conduction)
+        kind = f"DC3D{self._nodes}" if is_heat else self.element
         named = renamed(hexes, NAME)
         called = dict(zip(side_sets(hexes), named.sets, strict=True))
         parts = ["*HEADING\nhex mesh of polycube\n", f"** {loads.units}\n" if loads else ""]

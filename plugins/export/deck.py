@@ -99,11 +99,12 @@ class _Deck:
     def _pressures(self) -> tuple[list[str], list[str]]:
         """New surfaces, and the pressures on surfaces."""
         named, rows = [], []
-        for place, label, quads, value in self.loads.pressures:
-            name = self.called.get(place or "", label)
-            if place is None:
-                named.append(surface(name, self.sides[quads]))
-            rows.append(f"{name}, P, {_number(value)}\n")
+        for push in self.loads.pushes:
+            name = self.called.get(push.place or "", push.label)
+            if push.pressure and push.place is None:
+                named.append(surface(name, self.sides[push.quads]))
+            if push.pressure:
+                rows.append(f"{name}, P, {_number(push.pressure)}\n")
         return named, ["*DSLOAD\n", *rows] if rows else []
 
     def _forces(self) -> list[str]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.analysis.boundary_sets import quads_of
-from polycube.analysis.problem import NOTHING, Applied, Conduction, Problem, Statics, Vibration
+from polycube.analysis.problem import NOTHING, Conduction, Problem, Statics, Vibration
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
 from polycube.types import HexMesh
@@ -35,13 +35,14 @@ class Support(NamedTuple):
     nodes: np.ndarray
 
 
-class Pressure(NamedTuple):
-    """A pressure on the faces of a place."""
+class Push(NamedTuple):
+    """A load on the faces of a place."""
 
     place: str | None  # the set of the mesh, if it has a name
     label: str
     quads: np.ndarray
-    value: float
+    pressure: float
+    traction: np.ndarray  # (3,), with a force divided by the area
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,33 +99,27 @@ class Loads:
         return found
 
     @cached_property
-    def pressures(self) -> list[Pressure]:
-        """The pressures of all loads that have one."""
-        return [
-            Pressure(
-                None if isinstance(load.place, Mapping) else set_name(load.place),
-                f"load_{k}",
-                self._quads(load.place),
-                load.pressure * self._metre**2,
-            )
-            for k, load in enumerate(self._applied, start=1)
-            if load.pressure
-        ]
+    def pushes(self) -> list[Push]:
+        """The loads on faces."""
+        found = []
+        for k, load in enumerate(getattr(self.problem, "loads", ()), start=1):
+            place = None if isinstance(load.place, Mapping) else set_name(load.place)
+            quads = self._quads(load.place)
+            area = shares(self.elements.points[self.elements.quads[quads]]).sum()
+            traction = np.array(load.traction) * self._metre**2 + np.array(load.force) / area
+            pressure = load.pressure * self._metre**2
+            found.append(Push(place, f"load_{k}", quads, pressure, traction))
+        return found
 
     @cached_property
     def forces(self) -> np.ndarray:
         """(N, 3) forces at the nodes: integrals of their functions over the faces."""
         at_nodes = np.zeros_like(self.elements.points)
-        for load in self._applied:
-            faces = self.elements.quads[self._quads(load.place)]
-            areas = shares(self.elements.points[faces])
-            traction = np.array(load.traction) * self._metre**2 + np.array(load.force) / areas.sum()
-            np.add.at(at_nodes, faces, areas[..., None] * traction)
+        for push in self.pushes:
+            faces = self.elements.quads[push.quads]
+            own = shares(self.elements.points[faces])[..., None] * push.traction
+            np.add.at(at_nodes, faces, own)
         return at_nodes
-
-    @property
-    def _applied(self) -> tuple[Applied, ...]:
-        return self.problem.loads if isinstance(self.problem, Statics) else ()
 
     @property
     def gravity(self) -> np.ndarray:
@@ -135,7 +130,7 @@ class Loads:
     @property
     def has_step(self) -> bool:
         """Whether there is something to compute."""
-        acting = bool(self.pressures) or self.forces.any() or self.gravity.any()
+        acting = self.forces.any() or self.gravity.any() or any(p.pressure for p in self.pushes)
         moves = any(support.value for support in self.supports)
         return bool(acting or moves) or not isinstance(self.problem, Statics)
 

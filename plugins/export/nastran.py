@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.registry import BY_RUN, register
+from polycube.registry import register
 from polycube.types import HexMesh
 
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
+from .problem import WithProblem
 from .text import count, lines, write
 
 if TYPE_CHECKING:
-    from polycube.analysis.problem import Problem
-
     from .loads import Loads
 
 NAME = 48  # longest name in a comment, whose lines have 80 characters
@@ -33,7 +32,7 @@ QHBDY = "QHBDY*  %16d           AREA4%16.9E" + 16 * " " + "\n*       " + 4 * "%1
 
 @register("export", "nastran")
 @dataclass(frozen=True)
-class Nastran:
+class Nastran(WithProblem):
     """Nastran bulk data (.bdf): mesh, sets, and the problem of `analysis`, ready to run.
 
     There is a property PSOLID for each grid cell. Each set of the boundary is a SET1 of nodes and
@@ -46,15 +45,7 @@ class Nastran:
         the material 1
     """
 
-    step: bool = True
-    problem: Problem | None = field(default=None, metadata=BY_RUN)
-
     suffix: ClassVar[str] = ".bdf"
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the file needs."""
-        return self.problem.places if self.step and self.problem else []
 
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write a file at `path`, with the suffix of this format, and return its path.
@@ -66,8 +57,6 @@ class Nastran:
         """
         from polycube.hexmesh.connectivity import quad_sides
         from polycube.spline.second_order import hex_elements
-
-        from .loads import Loads
 
         owner, named = quad_sides(hexes)[0], renamed(hexes, NAME)
         nodes, sides = node_sets(named), side_sets(named)
@@ -85,8 +74,8 @@ class Nastran:
             faces = owner[quads] + 1, hexes.quads[quads]
             parts.append(f"$ load {k}, pressure 1 on faces: {name}\n{_pressure(k, *faces, 1.0)}")
         case = "SOL 101\nCEND\n"
-        if self.step and self.problem is not None:
-            loads = Loads(self.problem, hexes, hex_elements(hexes, None, 8))
+        loads = self.loads(hexes, hex_elements(hexes, None, 8))
+        if loads is not None:
             case, rows = _problem(loads, owner + 1, 1 + len(sides))
             parts += [f"$ {loads.units}\n", *rows]
         title = f"TITLE = hex mesh of polycube\n{legend(named, '$ ')}BEGIN BULK\n"
@@ -115,7 +104,7 @@ def _problem(loads: Loads, owner: np.ndarray, first: int) -> tuple[str, list[str
         solution, case = 103, ["METHOD = 1", "DISPLACEMENT = ALL"]
         rows.append(f"EIGRL          1                {problem.modes:8d}\n")
     rows += [_rows(SPC, 1, s.nodes + 1, s.component + 1, s.value) for s in loads.supports]
-    acting = [_pressure(first, owner[q], quads[q], p) for *_, q, p in loads.pressures]
+    acting = [_pressure(first, owner[q], quads[q], p) for *_, q, p, _ in loads.pushes if p]
     forced = np.flatnonzero(loads.forces.any(axis=1))
     acting += [_rows(FORCE, first, forced + 1, *loads.forces[forced].T)] if len(forced) else []
     acting += [_rows(QHBDY, first, flux, *(quads[q] + 1).T) for q, flux in loads.fluxes]

@@ -43,7 +43,7 @@ def crossings(mesh: HexMesh) -> np.ndarray:
     triangles, quad = _split(mesh)
     corners = mesh.vertices[triangles]
     boxes = tree(corners)
-    pairs = overlapping_boxes(boxes, triangles, 0, 0, len(triangles))
+    pairs = overlapping_boxes(boxes, triangles, 0)
     found = np.sort(quad[pairs[_meet(corners, pairs)]], axis=1)
     return np.unique(found, axis=0)
 

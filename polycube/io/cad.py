@@ -21,7 +21,7 @@ from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
 from polycube.io.file_units import file_unit, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import Late, read_separately, unreadable
 from polycube.io.step.faces import Named, named_faces
-from polycube.io.step.text import STEP
+from polycube.io.step.text import STEP, exchange
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
@@ -34,7 +34,7 @@ SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 GROUPS = ("name", "colour", "layer", "none")
-LATER = 0.4  # share of the time limit for larger triangles, if the others do not end
+SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -82,6 +82,10 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
             f"use analysis.units=auto"
         )
+    names = (surface.name, *surface.region_names, *surface.region_groups, *surface.region_edges)
+    if path.suffix.lower() in STEP and not all(map(str.isascii, names)):
+        if not exchange(path).is_unicode:
+            notes.append("the file is not UTF-8; its names were read as ISO 8859-1")
     if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
     if "way" in found and found["way"] != WAYS[0]:
@@ -161,7 +165,7 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     """
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
     first, seconds = None, 0
-    for way in WAYS:
+    for way, share in zip(WAYS, SHARES, strict=True):
         request = {
             "solid": options.solid,
             "segments": options.segments,
@@ -169,11 +173,11 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
             "way": way,
         }
         try:
-            found = *read_separately("polycube.io.cad_worker", path, request, effort), way
+            found = *read_separately("polycube.io.cad_worker", path, request, share * effort), way
         except Late as late:
             if TESSELLATING not in late.errors:
                 raise
-            seconds, effort = max(seconds, late.seconds), LATER
+            seconds = max(seconds, late.seconds)
             continue
         if OPEN not in found[1]:
             return found

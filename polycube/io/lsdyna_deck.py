@@ -28,7 +28,6 @@ def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -
     metre = METRES[units]
     young, density = elastic.young * metre, elastic.density * metre**3
     is_lumped = analysis.get("mass") == "lumped"
-    mass = [] if is_lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
     lines = [
         "*KEYWORD 500M",
         "*TITLE",
@@ -45,13 +44,18 @@ def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -
         "1,201",
         "*MAT_ELASTIC",
         f"1,{density:.9g},{young:.9g},{elastic.poisson:.9g}",
-        "*CONTROL_IMPLICIT_GENERAL",
-        "1,1.",
-        "*CONTROL_IMPLICIT_EIGENVALUE",
-        str(analysis.get("modes", 20)),
-        *mass,
+        *modal_cards(analysis.get("modes", 20), is_lumped),
         "*END",
     ]
     with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="ascii")
     return Path(path)
+
+
+def modal_cards(modes: int, is_lumped: bool) -> list[str]:
+    """The cards of a modal analysis."""
+    mass = [] if is_lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
+    return [
+        *("*CONTROL_IMPLICIT_GENERAL", "1,1."),
+        *("*CONTROL_IMPLICIT_EIGENVALUE", str(modes), *mass),
+    ]

@@ -9,25 +9,30 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from polycube.errors import InputError
 from polycube.surface.closest import Tree, tree
 from polycube.surface.measures import connected, diagonal
 from polycube.types import TriMesh
 
 TOUCH = 1e-10  # of the diagonal: an end this close to a plane is taken to be on it
-BATCH = 50_000  # faces in one batch
+MOST = 200_000_000  # comparisons, in some 10 s; a scan needs about 50 for each face
+FOUND = 100  # comparisons that are worth a pair, because of its memory
 
 
 def self_intersections(surface: TriMesh) -> np.ndarray:
-    """(N, 2) pairs of faces that cross, ascending; the work grows as F log F."""
+    """(N, 2) pairs of faces that cross, ascending.
+
+    The work grows as F log F; raises InputError if the boxes of too many faces overlap.
+    """
     corners = (surface.vertices - surface.vertices.mean(axis=0)) / diagonal(surface)
-    triangles = corners[surface.faces]
-    boxes = tree(triangles)
-    found = [np.empty((0, 2), dtype=np.int64)]
-    for start in range(0, len(triangles), BATCH):
-        end = min(start + BATCH, len(triangles))
-        pairs = overlapping_boxes(boxes, surface.faces, 1, start, end)
-        found.append(pairs[_cross(triangles[pairs[:, 0]], triangles[pairs[:, 1]])])
-    pairs = np.sort(np.concatenate(found), axis=1)
+    try:
+        pairs = overlapping_boxes(tree(corners[surface.faces]), surface.faces, 1, True, MOST)
+    except OverflowError:
+        raise InputError(
+            f"intersecting faces were not searched for: too many of the {len(surface.faces)} faces "
+            "lie close to many others"
+        ) from None
+    pairs = np.sort(pairs, axis=1)
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
@@ -54,7 +59,7 @@ def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np
 
 @njit(cache=True)
 def overlapping_boxes(
-    tree: Tree, faces: np.ndarray, shared: int, start: int, end: int
+    tree: Tree, faces: np.ndarray, shared: int, crossing: bool = False, most: int = 2**62
 ) -> np.ndarray:
     """Pairs of triangles whose bounding boxes overlap or touch.
 
@@ -66,23 +71,30 @@ def overlapping_boxes(
         Vertices of the triangles.
     shared : int
         Pairs with more common vertices are excluded.
-    start, end : int
-        Pairs i < j with ``start <= i < end`` are searched.
+    crossing : bool
+        Only pairs in which an edge of one triangle passes through the other.
+    most : int
+        Largest number of comparisons.
 
     Returns
     -------
     (N, 2) int array
-        The pairs.
+        The pairs, i < j.
+
+    Raises
+    ------
+    OverflowError
+        If more comparisons are needed.
     """
     boxes = np.empty((len(faces), 6))
     for i in range(len(faces)):
         for d in range(3):
             a, b, c = tree.corners[i, 0, d], tree.corners[i, 1, d], tree.corners[i, 2, d]
             boxes[i, d], boxes[i, 3 + d] = min(a, b, c), max(a, b, c)
-    pairs = np.empty((16 * (end - start), 2), np.int64)
-    count = 0
+    pairs = np.empty((len(faces), 2), np.int64)
+    count = compared = 0
     stack = np.zeros(128, np.int64)
-    for i in range(start, end):
+    for i in range(len(faces)):
         own = boxes[i]
         stack[0], top = 0, 1
         while top > 0:
@@ -94,9 +106,14 @@ def overlapping_boxes(
                 stack[top], stack[top + 1] = tree.right[node], node + 1
                 top += 2
                 continue
+            compared += tree.last[node] - tree.first[node]
+            if compared + FOUND * count > most:
+                raise OverflowError
             for k in range(tree.first[node], tree.last[node]):
                 j = tree.order[k]
                 if j <= i or not _overlap(own, boxes[j], 3) or _common(faces, i, j) > shared:
+                    continue
+                if crossing and not (_pierces(tree.corners, i, j) or _pierces(tree.corners, j, i)):
                     continue
                 if count == len(pairs):
                     pairs = np.concatenate((pairs, np.empty_like(pairs)))
@@ -123,26 +140,33 @@ def _common(faces: np.ndarray, i: int, j: int) -> int:
     return count
 
 
-def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(N,) whether an edge of one triangle of each pair (N, 3, 3) passes through the other."""
-    crossing = np.zeros(len(first), dtype=bool)
-    for one, other in ((first, second), (second, first)):
-        for corner in range(3):
-            crossing |= _pierces(one[:, corner], one[:, (corner + 1) % 3], other)
-    return crossing
-
-
-def _pierces(p: np.ndarray, q: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """(N,) whether the segments p q pass through the triangles (N, 3, 3)."""
-    a, b, c = np.moveaxis(triangle, 1, 0)
-    normal = np.cross(b - a, c - a)
-    area = np.linalg.norm(normal, axis=1)
-    height_p, height_q = (np.einsum("ni,ni->n", end - a, normal) for end in (p, q))
-    apart = np.minimum(np.abs(height_p), np.abs(height_q)) > TOUCH * area
-    hit = apart & (height_p * height_q < 0)
-    part = height_p[hit] / (height_p[hit] - height_q[hit])
-    point = p[hit] + part[:, None] * (q - p)[hit]
-    from_start = point[:, None] - triangle[hit]  # (H, 3, 3) from each corner
-    sides = np.cross(np.roll(triangle[hit], -1, axis=1) - triangle[hit], from_start)
-    hit[hit] = (np.einsum("hci,hi->hc", sides, normal[hit]) >= 0).all(axis=1)
-    return hit
+@njit(cache=True)
+def _pierces(corners: np.ndarray, i: int, j: int) -> bool:
+    """Whether an edge of triangle i passes through triangle j."""
+    x, y, z = corners[j, 0]
+    ux, uy, uz = corners[j, 1, 0] - x, corners[j, 1, 1] - y, corners[j, 1, 2] - z
+    vx, vy, vz = corners[j, 2, 0] - x, corners[j, 2, 1] - y, corners[j, 2, 2] - z
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    least = TOUCH * np.sqrt(nx * nx + ny * ny + nz * nz)
+    p, q, r = corners[i]
+    first = (p[0] - x) * nx + (p[1] - y) * ny + (p[2] - z) * nz
+    second = (q[0] - x) * nx + (q[1] - y) * ny + (q[2] - z) * nz
+    third = (r[0] - x) * nx + (r[1] - y) * ny + (r[2] - z) * nz
+    if max(first, second, third) <= least or min(first, second, third) >= -least:
+        return False
+    for k, low, high in ((0, first, second), (1, second, third), (2, third, first)):
+        p, q = corners[i, k], corners[i, (k + 1) % 3]
+        if min(abs(low), abs(high)) <= least or (low > 0) == (high > 0):
+            continue
+        part = low / (low - high)
+        px, py, pz = p + part * (q - p)
+        inside = True
+        for c in range(3):
+            start, end = corners[j, c], corners[j, (c + 1) % 3]
+            ux, uy, uz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+            vx, vy, vz = px - start[0], py - start[1], pz - start[2]
+            side = (uy * vz - uz * vy) * nx + (uz * vx - ux * vz) * ny + (ux * vy - uy * vx) * nz
+            inside &= side >= 0
+        if inside:
+            return True
+    return False

@@ -15,7 +15,7 @@ from polycube.io.hex_meshes import read_hexes
 from polycube.io.surfaces import read_surface
 from tests.conftest import ROOT
 from tests.fixtures.damaged_files import fault
-from tests.fixtures.mutations import mutation
+from tests.fixtures.mutations import NUMBER, mutation
 from tests.fixtures.sound_files import FORMATS, sound_file
 
 LONGEST = 400  # characters of a message, the path included
@@ -93,6 +93,16 @@ def test_the_message_of_a_damaged_ply_does_not_hold_the_file(sound) -> None:
     with pytest.raises(InputError) as refused:
         read_surface(str(path))
     assert len(str(refused.value)) < LONGEST
+
+
+@pytest.mark.parametrize("name", ["off", "obj", "ply", "stl", "abaqus"])
+def test_the_message_of_a_long_number_is_short(name: str, sound) -> None:
+    path = sound(name)
+    data, read = path.read_bytes(), FORMATS[name][2]
+    for number in list(NUMBER.finditer(data[:400]))[:12]:
+        for word in (b"9" * 400, b"-" + b"9" * 30):
+            path.write_bytes(data[: number.start()] + word + data[number.end() :])
+            assert fault(read, path) == "", number
 
 
 def test_hexahedra_of_four_nodes_are_refused(tmp_path: Path) -> None:

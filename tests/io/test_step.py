@@ -59,10 +59,18 @@ def test_the_encoding_of_a_file_is_recognized(tmp_path, code) -> None:
     assert exchange(path).name("1") == "Größe"
 
 
-def test_names_in_an_unknown_encoding_stay_different(tmp_path) -> None:
-    path = tmp_path / "a.step"
-    path.write_bytes("#1=A('固定面');#2=A('載荷面');#3=A('安装孔');".encode("gb18030"))
-    assert len({exchange(path).name(n) for n in "123"}) == 3
+@pytest.mark.parametrize("code", ["gb18030", "cp932"])
+def test_names_in_another_encoding_stay_different_and_are_noted(tmp_path, code) -> None:
+    names = ["固定面", "荷重面", "安全孔", "表面", "面表", "孔"]
+    path = box(tmp_path / "a.step", names)
+    path.write_bytes(path.read_text(encoding="utf-8").encode(code))
+    surface, notes = read_surface(path)
+    assert notes == ["the file is not UTF-8; its names were read as ISO 8859-1"]
+    assert len(set(surface.region_names)) == 6
+    named = re.compile("cad_(?!face_)")
+    sets = [name for name in cad_sets(surface).numbers if named.match(name)]
+    assert len({name.lower() for name in sets}) == 6
+    assert [list(cad_sets(surface).numbers[name]) for name in sets] == [[k] for k in range(1, 7)]
 
 
 @pytest.mark.parametrize("piece", ["'", "/*", "#1=", r"'\X2\ABCD", "#", "''", "("])
@@ -154,6 +162,38 @@ def test_groups_shells_aspects_and_layers(tmp_path) -> None:
     for groups in ("none", "colour"):
         found, _ = read_surface(path, Cad(groups=groups))
         assert found.region_groups == {} and not any(found.region_names)
+
+
+def style(first: int, colour: str) -> str:
+    """The entities #first to #first + 6 of a style, as Open CASCADE writes them for FreeCAD."""
+    chain = ["PRESENTATION_STYLE_ASSIGNMENT((#{}))", "SURFACE_STYLE_USAGE(.BOTH.,#{})"]
+    chain += ["SURFACE_SIDE_STYLE('',(#{}))", "SURFACE_STYLE_FILL_AREA(#{})"]
+    chain += ["FILL_AREA_STYLE('',(#{}))", "FILL_AREA_STYLE_COLOUR('',#{})", colour]
+    rows = (f"#{n} = {each.format(n + 1)};\n" for n, each in enumerate(chain, start=first))
+    return "".join(rows)
+
+
+def test_a_colour_is_a_group_of_faces_and_that_of_a_face_is_stronger(tmp_path) -> None:
+    path = box(tmp_path / "a.step")
+    _, two, three, four, *_ = step_files.faces(path)
+    solid = path.read_text().partition(" = MANIFOLD_SOLID_BREP")[0].rpartition("#")[2]
+    red, own = "COLOUR_RGB('',1.,0.,0.)", "DRAUGHTING_PRE_DEFINED_COLOUR('yellow')"
+    more = style(9210, "COLOUR_RGB('',0.5,0.5,1.)") + style(9220, red) + style(9230, own)
+    more += f"#9201 = STYLED_ITEM('color',(#9210),#{solid});\n"
+    for number, face, first in ((9202, two, 9220), (9203, three, 9220), (9204, four, 9230)):
+        item = f"OVER_RIDING_STYLED_ITEM('overriding color',(#{first}),#{face},#9201);\n"
+        more += f"#{number} = {item}"
+    surface, _ = read_surface(box(path, more=more), Cad(groups="colour"))
+    assert surface.region_groups == {
+        "colour_8080ff": (1, 5, 6),
+        "colour_ff0000": (2, 3),
+        "colour_yellow": (4,),
+    }
+    found = cad_sets(surface).numbers
+    assert [found[f"cad_colour_{name}"].tolist() for name in ("8080ff", "ff0000", "yellow")] == [
+        *([1, 5, 6], [2, 3], [4])
+    ]
+    assert read_surface(path)[0].region_groups == {}
 
 
 def test_named_edges_are_between_two_faces(tmp_path) -> None:

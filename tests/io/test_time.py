@@ -9,7 +9,7 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.io.hex_meshes import read_hexes
-from polycube.io.surfaces import read_soup, read_surface
+from polycube.io.surfaces import read_surface
 from tests.fixtures.pathological import HEXES, SURFACES
 
 SIZES = (10_000, 100_000, 1_000_000)  # bytes
@@ -17,8 +17,6 @@ GROWTH = 12  # largest ratio of times, for a ratio of ten in size
 START = 2.0  # seconds of the processor that do not depend on the size: other processes
 READERS = {name: (write, read_surface) for name, write in SURFACES.items()}
 READERS |= {name: (write, read_hexes) for name, write in HEXES.items()}
-# needles of a star overlap each other, which the check for crossings examines pair by pair
-READERS |= {name: (SURFACES[name], read_soup) for name in SURFACES if name.startswith("star")}
 
 
 def seconds(read, path: Path) -> float:

@@ -1,5 +1,7 @@
 """Exported decks, read by programs for these formats."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -20,12 +22,17 @@ PULL = {
 }
 
 
+def with_problem(name: str, folder: Path, analysis: dict[str, object]) -> str:
+    problem = build("analysis", analysis).problem
+    return str(provide(build("export", {"plugin": name}), problem=problem)(BOX, folder / "hex"))
+
+
 @pytest.fixture
 def read_bdf(monkeypatch):
     """The reader of pyNastran, whose version 1.4 needs a function that NumPy 2.4 lacks."""
     monkeypatch.setattr(np, "in1d", np.isin, raising=False)
     bdf = pytest.importorskip("pyNastran.bdf.bdf")
-    return lambda path: bdf.read_bdf(str(path), xref=True, debug=None)
+    return lambda path: bdf.read_bdf(path, xref=True, debug=None)
 
 
 @pytest.mark.parametrize(
@@ -34,10 +41,7 @@ def read_bdf(monkeypatch):
     ids=lambda analysis: analysis["plugin"],
 )
 def test_pynastran_cross_references_every_deck(read_bdf, analysis, tmp_path) -> None:
-    plugin = provide(
-        build("export", {"plugin": "nastran"}), problem=build("analysis", analysis).problem
-    )
-    model = read_bdf(plugin(BOX, tmp_path / "hex"))
+    model = read_bdf(with_problem("nastran", tmp_path, analysis))
     assert model.sol == {"static": 101, "modal": 103, "poisson": 153}[analysis["plugin"]]
     points = np.array([model.nodes[n + 1].get_position() for n in range(len(BOX.vertices))])
     np.testing.assert_allclose(points, BOX.vertices, rtol=1e-9)
@@ -65,14 +69,49 @@ def test_a_reader_of_ls_dyna_finds_nodes_and_hexes(tmp_path) -> None:
     np.testing.assert_array_equal(solids.pid, BOX.cell + 1)
 
 
-def test_a_reader_of_febio_finds_mesh_and_sets(tmp_path) -> None:
+def test_a_reader_of_ls_dyna_finds_sets_material_and_supports(tmp_path) -> None:
+    dynakw = pytest.importorskip("dynakw")
+    moved = {"at": "x_max", "components": ["x"], "value": 0.25}
+    path = with_problem("lsdyna", tmp_path, {**PULL, "fixed": ["x_min", moved]})
+    found: dict[str, list] = {}
+    with dynakw.DynaKeywordReader(path) as reader:
+        for each in reader.keywords():
+            found.setdefault(each.type.name, []).append(each.cards)
+
+    def numbers(cards, columns: int) -> np.ndarray:
+        return np.column_stack(list(cards["Card 2"].values())[:columns])
+
+    sets = boundary_sets(BOX)
+    for cards, faces, quads in zip(
+        found["SET_NODE"], found["SET_SEGMENT"], sets.values(), strict=True
+    ):
+        own = numbers(cards, 8).ravel()
+        assert own[own > 0].tolist() == (np.unique(BOX.quads[quads]) + 1).tolist()
+        np.testing.assert_array_equal(numbers(faces, 4), BOX.quads[quads] + 1)
+    [part], [solid], [elastic] = found["PART"], found["SECTION_SOLID"], found["MAT_ELASTIC"]
+    assert [int(part["Card 2"][key][0]) for key in ("PID", "SECID", "MID")] == [1, 1, 1]
+    assert int(solid["Card 1"]["SECID"][0]) == int(elastic["Card 1"]["MID"][0]) == 1
+    assert [elastic["Card 1"][key][0] for key in ("RO", "E", "PR")] == [7.85e-9, 210000, 0.3]
+    [motion] = found["BOUNDARY_PRESCRIBED_MOTION"]
+    values = [motion["Card 1"][key][0] for key in ("TYPEID", "DOF", "VAD", "LCID", "SF")]
+    assert values == [1 + list(sets).index("x_max"), 1, 2, 1, 0.25]
+    [curve] = found["DEFINE_CURVE"]
+    assert curve["Card 2"]["O1"].tolist() == curve["Card 2"]["A1"].tolist() == [0, 1]
+
+
+def test_a_reader_of_febio_finds_mesh_sets_and_loads(tmp_path) -> None:
     reader = pytest.importorskip("febio_python.feb")
-    problem = build("analysis", PULL).problem
-    plugin = provide(build("export", {"plugin": "febio"}), problem=problem)
-    model = reader.Feb(filepath=str(plugin(BOX, tmp_path / "hex")))
+    model = reader.Feb(filepath=with_problem("febio", tmp_path, PULL))
     np.testing.assert_allclose(model.get_nodes()[0].coordinates, BOX.vertices)
     np.testing.assert_array_equal(model.get_volume_elements()[0].connectivity, BOX.hexes)
     sets = {each.name: np.sort(each.ids) for each in model.get_nodesets()}
     for name, quads in boundary_sets(BOX).items():
         np.testing.assert_array_equal(sets[name], np.unique(BOX.quads[quads]))
     assert float(model.get_materials()[0].parameters["E"]) == 210000
+    [domain] = model.get_mesh_domains()
+    assert (domain.name, domain.mat) == ("cell_0", "material")
+    held = [(each.node_set, each.dof) for each in model.get_boundary_conditions()]
+    free = dict.fromkeys(("x_dof", "y_dof", "z_dof"), "0")
+    assert held == [("x_min", free | {f"{axis}_dof": "1"}) for axis in "xyz"]
+    [pressure] = model.get_pressure_loads()
+    assert (pressure.surface, pressure.multiplier) == ("z_max", 2)

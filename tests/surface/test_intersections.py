@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from polycube.errors import InputError
+from polycube.surface import intersections
 from polycube.surface.intersections import crossing_places, self_intersections
+from polycube.surface.repair.clean import crossings
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined, torus
 
@@ -79,3 +82,15 @@ def test_two_folds_far_apart_are_two_places():
     own = fold.vertices[fold.faces].mean(axis=1)
     assert min(np.abs(own - middles[0]).max(axis=1)) < 1e-12
     assert min(np.abs(own + 10 - middles[1]).max(axis=1)) < 1e-12
+
+
+def test_too_many_long_faces_are_not_compared(monkeypatch):
+    """Each of 200 random triangles overlaps most others; memory is bounded as well."""
+    soup = TriMesh(np.random.default_rng(0).random((600, 3)), np.arange(600).reshape(-1, 3))
+    assert len(self_intersections(soup)) > 1000
+    monkeypatch.setattr(intersections, "MOST", 50_000)
+    sentence = "intersecting faces were not searched for: too many of the 200 faces lie close"
+    with pytest.raises(InputError, match=sentence):
+        self_intersections(soup)
+    assert [sentence in each for each in crossings(soup)] == [True]
+    assert len(self_intersections(torus())) == 0

@@ -25,8 +25,8 @@ def read_off(path: Path) -> Soup:
         n_vertices, n_faces = map(int, rows[0][:2])
         if min(n_vertices, n_faces) < 0 or len(rows) <= n_vertices + n_faces:
             raise InputError(
-                f"not a complete OFF file: {n_vertices} vertices and {n_faces} faces are in its "
-                f"first line, but {len(rows) - 1} lines follow"
+                f"not a complete OFF file: {brief(f'{n_vertices} vertices and {n_faces} faces')} "
+                f"are in its first line, but {len(rows) - 1} lines follow"
             )
         vertices = np.array([row[:3] for row in rows[1 : n_vertices + 1]], np.float64)
         faces = rows[n_vertices + 1 : n_vertices + n_faces + 1]

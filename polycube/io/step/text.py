@@ -28,10 +28,12 @@ class Exchange:
     entities : body of each entity by its number, in capitals and without spaces; a string is
         replaced by its index in `strings`, in quotes
     strings : decoded strings
+    is_unicode : whether the file is UTF-8, so that names of any language are certain
     """
 
     entities: dict[str, str]
     strings: list[str]
+    is_unicode: bool = True
 
     def body(self, number: str) -> str:
         """The body of an entity; empty if there is none."""
@@ -63,9 +65,11 @@ def exchange(path: Path) -> Exchange:
 def _exchange(path: Path, size: int, time: int) -> Exchange:
     data = path.read_bytes().partition(b"END-ISO-10303-21;")[0]
     strings: list[str] = []
+    is_unicode = True
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
+        is_unicode = False
         text = data.decode("latin-1")  # ISO 8859-1, where every byte is a character
 
     def masked(found: re.Match[str]) -> str:
@@ -76,7 +80,7 @@ def _exchange(path: Path, size: int, time: int) -> Exchange:
 
     statements = re.sub(r"\s+", "", QUOTED.sub(masked, text).upper()).split(";")
     pairs = (each.partition("=") for each in statements if each.startswith("#"))
-    return Exchange({number[1:]: body for number, _, body in pairs}, strings)
+    return Exchange({number[1:]: body for number, _, body in pairs}, strings, is_unicode)
 
 
 def decoded(text: str) -> str:

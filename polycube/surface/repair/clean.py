@@ -213,7 +213,10 @@ def crossings(surface: TriMesh) -> list[str]:
     """A sentence with places if faces cross, else an empty list."""
     if len(surface.faces) > MAX_FACES:
         return [f"intersecting faces were not searched for: more than {MAX_FACES} faces"]
-    pairs = self_intersections(surface)
+    try:
+        pairs = self_intersections(surface)
+    except InputError as error:
+        return [str(error)]
     if not len(pairs):
         return []
     middles, _ = crossing_places(surface, pairs)

@@ -69,13 +69,15 @@ def filling(points: np.ndarray) -> np.ndarray:
 
 def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
     """(L,) whether a loop lies in its own plane inside the box of another, or contains another."""
-    boxes = [(p.min(axis=0), p.max(axis=0)) for p in (surface.vertices[loop] for loop in found)]
+    low = np.array([surface.vertices[loop].min(axis=0) for loop in found])
+    high = np.array([surface.vertices[loop].max(axis=0) for loop in found])
     slack = 1e-3 * diagonal(surface)
     inside = np.zeros(len(found), dtype=bool)
-    for i, (low, high) in enumerate(boxes):
-        for j, (lowest, highest) in enumerate(boxes):
-            if i != j and (low >= lowest - slack).all() and (high <= highest + slack).all():
-                inside[[i, j]] = True
+    for i in range(len(found)):
+        holds = (low[i] >= low - slack).all(axis=1) & (high[i] <= high + slack).all(axis=1)
+        holds[i] = False
+        inside |= holds
+        inside[i] |= holds.any()
     return inside
 
 
@@ -83,6 +85,9 @@ def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
 def _cuts(points: np.ndarray) -> np.ndarray:
     """(N, N) third corner of the triangle on each diagonal of the best triangulation."""
     n = len(points)
+    x, y, z = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
+    square = (x - x.reshape(-1, 1)) ** 2 + (y - y.reshape(-1, 1)) ** 2
+    square += (z - z.reshape(-1, 1)) ** 2
     cost = np.zeros((n, n))
     cut = np.zeros((n, n), np.int64)
     for gap in range(2, n):
@@ -93,13 +98,11 @@ def _cuts(points: np.ndarray) -> np.ndarray:
                 known = cost[i, j] + cost[j, k]
                 if known >= best:
                     continue
-                a, b = points[j] - points[i], points[k] - points[i]
-                c = points[k] - points[j]
-                x = a[1] * b[2] - a[2] * b[1]
-                y = a[2] * b[0] - a[0] * b[2]
-                z = a[0] * b[1] - a[1] * b[0]
-                area = 0.5 * np.sqrt(x * x + y * y + z * z)
-                edge = (a * a).sum() + (b * b).sum() + (c * c).sum()
+                ax, ay, az = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+                bx, by, bz = x[k] - x[i], y[k] - y[i], z[k] - z[i]
+                u, v, w = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+                area = 0.5 * np.sqrt(u * u + v * v + w * w)
+                edge = square[i, j] + square[i, k] + square[j, k]
                 value = known + area + EVEN * edge
                 if value < best:
                     best, chosen = value, j

@@ -69,12 +69,12 @@ def close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
     if not len(topology.open_edges(faces)) or len(topology.nonmanifold_edges(faces)):
         return surface, []
     found = loops(faces)
-    alone = ~nested(surface, found)
+    alone, size = ~nested(surface, found), diagonal(surface)
     patches, edges, widest = [], 0, 0.0
     for loop, is_alone in zip(found, alone, strict=True):
         points = surface.vertices[loop]
         width = float(np.linalg.norm(np.ptp(points, axis=0)))
-        small = width <= widest_closed * diagonal(surface)
+        small = width <= widest_closed * size
         flat = len(loop) > 3 and flatness(points) <= FLAT_HOLE
         if 3 <= len(loop) <= MAX_LOOP and (small or len(loop) == 3 or (flat and is_alone)):
             patches.append(loop[filling(points)])
@@ -85,7 +85,7 @@ def close_holes(surface: TriMesh, widest_closed: float) -> clean.Step:
     added = len(closed.faces) - len(faces)
     return closed, [
         f"closed holes: {len(patches)} of {len(found)}, {edges} edges, {added} new faces, "
-        f"the widest {100 * widest / diagonal(surface):.2g} % of the diagonal"
+        f"the widest {100 * widest / size:.2g} % of the diagonal"
     ]
 
 

@@ -20,6 +20,7 @@ LONG = "cad_" + 70 * "面x9"
 SETS = {"cad_面": boundary_sets(BOX)["x_min"], LONG: boundary_sets(BOX)["x_max"]}
 MESH = replace(BOX, sets=SETS, primitives=("cube",))
 YOUNG = {"abaqus": "210000.", "nastran": "2.100000000E+05", "febio": "<E>210000</E>"}
+YOUNG["lsdyna"] = ",210000,0.3"
 
 
 def written(name, folder, **analysis) -> bytes:
