@@ -1,7 +1,5 @@
 """The map from the polycube to the surface, chart by chart."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Improve the worst hexes, with the boundary on the surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of

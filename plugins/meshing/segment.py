@@ -1,7 +1,5 @@
 """Label the faces of the surface with the faces of the polycube."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

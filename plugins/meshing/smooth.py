@@ -1,7 +1,5 @@
 """Untangle the hexes and fit their boundary to the surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """A cube with a square blind hole in the centre of one face, with a depth of two thirds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cubes with through holes along two or three axes, which cross in the centre: genus 3 or 5."""
 
-from __future__ import annotations
-
 from polycube.registry import register
 
 from .cube_and_hole import Cube

@@ -1,7 +1,5 @@
 """The unit cells of the paper: a cube, and a cube with a square through hole along one axis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

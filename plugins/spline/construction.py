@@ -1,7 +1,5 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

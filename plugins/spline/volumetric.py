@@ -1,7 +1,5 @@
 """Common base class of the spline plugins: a spline from a surface and hexes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.types import HexMesh, Spline, TriMesh

@@ -1,7 +1,5 @@
 """Boundary faces of a spline or of its mesh, given by name, patch number, box or plane."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 import numpy as np

@@ -7,8 +7,6 @@ solid, a subset that spans the traces is chosen, `pivots`, and the others stay f
 c_given - X c_others. Then u = basis @ free + offset has the prescribed trace for any `free`.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Isotropic elastic materials by name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

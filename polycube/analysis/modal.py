@@ -6,8 +6,6 @@ factor of K - shift M in single precision as preconditioner, for a shift slightl
 large models with an approximate inverse.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from dataclasses import replace

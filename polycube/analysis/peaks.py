@@ -1,7 +1,5 @@
 """The largest stress: its place, its uncertainty, and whether it is singular."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

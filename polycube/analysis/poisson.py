@@ -1,7 +1,5 @@
 """-div k grad u = f with u or the flux given on the boundary, such as heat conduction."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

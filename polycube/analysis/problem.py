@@ -3,8 +3,6 @@
 Lengths and displacements are in the unit of the part; all other quantities are in SI units.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.analysis.material import Material

@@ -6,8 +6,6 @@ its plane is a plane of symmetry, so the angle counts twice. Loads on a very sma
 as point loads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

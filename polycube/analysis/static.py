@@ -6,8 +6,6 @@ Displacement and reactions are computed in the spline space; the stress in the s
 continuous tricubic functions.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Integrals over boundary faces of a spline solid."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

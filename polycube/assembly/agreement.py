@@ -1,7 +1,5 @@
 """Agreement of two hex meshes where their solids touch: equal vertices and quads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

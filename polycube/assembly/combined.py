@@ -1,7 +1,5 @@
 """The meshes of several solids as one mesh, conforming where they agree."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import accumulate
 

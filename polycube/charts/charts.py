@@ -6,8 +6,6 @@ patch that folds is divided along lattice lines into rectangles, onto which the 
 weights cannot fold.
 """
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

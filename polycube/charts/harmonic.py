@@ -5,8 +5,6 @@ distortion; mean-value weights (Floater 2003) are positive, so the map onto a co
 one-to-one.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu

@@ -4,8 +4,6 @@ An arc separates two planar faces (patches) and connects two corners; a corner i
 than two arcs. Seen from outside, the arcs at a corner have a cyclic order.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.structure.lattice import Boundary

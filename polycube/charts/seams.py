@@ -1,7 +1,5 @@
 """Divide a planar face of lattice rectangles, such as an L or a ring, into rectangles."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

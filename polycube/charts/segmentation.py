@@ -5,8 +5,6 @@ along sharp edges if there are any, with the cyclic order of the polycube at eve
 topology of the regions is checked. The parametrization is only a guidance and may be rough.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 

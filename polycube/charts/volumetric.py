@@ -4,8 +4,6 @@ The intervals of the polycube are divided into equal parts. Lattice points on it
 mapped by the charts of the surface; the interior is the discrete harmonic extension.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix
 

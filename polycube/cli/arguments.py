@@ -1,7 +1,5 @@
 """Arguments of a command line in the grammar of Hydra."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from os.path import (  # unlike those of Path, they accept names that are too long
     isdir,

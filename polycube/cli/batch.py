@@ -6,8 +6,6 @@ folder; a job with a row of the same settings and file is not run again. At the 
 a table, `summary.csv` and `summary.html`, with successes and failures.
 """
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Commands: Hydra composes the configuration, a job runs, and errors become exit codes."""
 
-from __future__ import annotations
-
 import atexit
 import gc
 import os

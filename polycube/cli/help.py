@@ -4,8 +4,6 @@ The sources are those of a run: the YAML files and the plugin classes on the sea
 those of installed plugin packages.
 """
 
-from __future__ import annotations
-
 import inspect
 import json
 import re

@@ -3,8 +3,6 @@
 Exit codes: 0 a valid result, 2 an invalid input or option, 3 no valid result, 130 interrupted.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 import time

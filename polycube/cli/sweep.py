@@ -1,7 +1,5 @@
 """Several trainings, `train.py -m schedule=linear,cosine`, with a table and a figure at the end."""
 
-from __future__ import annotations
-
 import csv
 import json
 import sys

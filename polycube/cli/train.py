@@ -3,8 +3,6 @@
 Exit codes: 0, or 2 for an invalid option.
 """
 
-from __future__ import annotations
-
 import logging
 import warnings
 from collections.abc import Callable

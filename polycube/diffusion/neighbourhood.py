@@ -4,8 +4,6 @@ A perceptron is applied to each of the k nearest points, with positions and norm
 point; the maximum of each feature is taken. These features show fillets, edges and thin walls.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

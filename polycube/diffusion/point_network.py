@@ -7,8 +7,6 @@ that parts of the shape, such as the wall of a hole, are treated together. The r
 depend on the order of the points, and their number is arbitrary.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

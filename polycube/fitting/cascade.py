@@ -3,8 +3,6 @@
 Large displacements are cheap with few hexes; the fine mesh then needs only small ones.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.fitting.registration import register_mesh

@@ -7,8 +7,6 @@ only one corner is flat, a sheet around the quadrant behind it is better: it lea
 of the other corners, which a sheet under the face would halve.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 The acceptance of a run is defined by the plugins of kind `acceptance`.
 """
 
-from __future__ import annotations
-
 from polycube.hexmesh.inspection import Inspection
 from polycube.types import Goal
 

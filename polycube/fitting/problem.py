@@ -5,8 +5,6 @@ holds the data that do not change while they move. The matches of the last searc
 guesses of the next; they change the time, not the result.
 """
 
-from __future__ import annotations
-
 from functools import cached_property, partial
 
 import numpy as np

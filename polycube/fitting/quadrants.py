@@ -6,8 +6,6 @@ quadrant. A sheet around it adds a row of quads beside each of the two edges of 
 beside the other edges of the face.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.connectivity import EDGES, FACES, neighbours, unique_rows

@@ -6,8 +6,6 @@ distribute the deformation, and hard rounds of `polish` improve the worst hex. A
 regions whose hexes would suffer are moved less far, so quality has priority over distance.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

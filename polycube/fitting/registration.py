@@ -10,8 +10,6 @@ weight w grows, the slack and the weight alpha of the normals decrease; the spri
 around bad hexes.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Meshes with their boundary projected onto the surface, and the springs that pull it there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

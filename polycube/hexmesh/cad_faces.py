@@ -7,8 +7,6 @@ curves, each CAD face becomes a set of whole quads with exactly its border; othe
 the shortest one that agrees with the samples.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The sets of CAD faces: ends, holes, names and groups of the file, and each face alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

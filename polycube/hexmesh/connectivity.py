@@ -4,8 +4,6 @@ Local numbering is that of VTK (see `polycube.types.HexMesh`). A face is exposed
 only one hex; the boundary consists of the exposed faces, counter-clockwise from outside.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -6,8 +6,6 @@ a beam of 320 mm is 1 % of the diagonal. The largest distances are therefore als
 wall thickness of the solid and with the edge length of the hexes at the same place.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 

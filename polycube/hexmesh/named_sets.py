@@ -4,8 +4,6 @@ Names are derived from the geometry (`polycube.hexmesh.face_groups`), so a hex m
 program has them as well. Exports, analyses and the report use these sets.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Mapping

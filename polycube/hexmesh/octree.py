@@ -1,7 +1,5 @@
 """Divide every hex into eight, with new vertices at the centres of edges, faces and hexes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Preconditioned conjugate gradients for a symmetric positive definite matrix."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Compiled integrals of products of functions and of their gradients, added to matrices."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

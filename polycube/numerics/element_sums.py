@@ -6,8 +6,6 @@ share no function: their blocks can be added on several threads, and the sums do
 number of threads.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

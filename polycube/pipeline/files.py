@@ -1,7 +1,5 @@
 """Formats of the result files: the settings `files.*` of `conf/infer.yaml`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.errors import InputError

@@ -1,7 +1,5 @@
 """Read the surface of a run, and repair it on request."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

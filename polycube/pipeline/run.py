@@ -1,7 +1,5 @@
 """The steps of a run, in order: from the surface of a part to the solution on its spline."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace

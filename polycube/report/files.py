@@ -1,7 +1,5 @@
 """The files of a run: meshes, spline, solution, `report.json` and the HTML page."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """Run meshing stages in sequence; equal plugins with equal inputs are run once."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace

@@ -4,8 +4,6 @@ The state of the process is not changed: the deadline is checked after each stag
 of a descent, on the thread of the run.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The loop of a search: make the moves of a policy, until there is none or the time is over."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Start states of the ranked structures."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The boundary of a spline solid: bicubic Bezier faces seen from outside, as sparse matrices."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

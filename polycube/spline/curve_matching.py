@@ -1,7 +1,5 @@
 """Match the edges of a spline between two CAD faces with the curve of the CAD model."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix
 

@@ -1,7 +1,5 @@
 """Distances between the boundary of a spline and its surface, in both directions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

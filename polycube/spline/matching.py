@@ -6,8 +6,6 @@ surface is covered. Sides on a CAD face are matched only with this face, and the
 CAD faces with the curve between them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Labels of a surface: the polycube face to which each triangle is mapped."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Positions of the vertices of a surface on the polycube, through a registered hex mesh."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface import closest

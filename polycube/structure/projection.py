@@ -1,7 +1,5 @@
 """Projection of points onto the boundary of a polycube, by distance and optionally by labels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

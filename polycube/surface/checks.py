@@ -1,7 +1,5 @@
 """Checks that a surface is the boundary of one solid; messages give the defect and its place."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.errors import InputError

@@ -1,7 +1,5 @@
 """Hex size that is needed for the details of a surface."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -4,8 +4,6 @@ Normals averaged over half a hex on either side distinguish an edge between two 
 from the rim of a groove, a rib or a fold caused by noise, where both averages agree.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

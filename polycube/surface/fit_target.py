@@ -3,8 +3,6 @@
 All lengths are at unit scale (bounding box centred, diagonal 1), so weights have no units.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

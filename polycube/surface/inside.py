@@ -1,7 +1,5 @@
 """Points of a rectilinear grid inside a closed surface, by the parity of intersections."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

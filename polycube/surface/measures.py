@@ -6,8 +6,6 @@ traverse it in opposite directions), manifold at its vertices (the faces around 
 fan) and connected.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components

@@ -1,7 +1,5 @@
 """Evenly distributed points on a surface."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface.measures import face_areas

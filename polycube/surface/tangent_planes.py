@@ -1,7 +1,5 @@
 """Move points to the intersection of the tangent planes around them: recovers sharp edges."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

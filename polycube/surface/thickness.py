@@ -11,8 +11,6 @@ sphere that touches the surface next to a convex edge has no size. The moving sp
 along the bisector until the two faces of the plate stop it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface.fit_target import Target, target

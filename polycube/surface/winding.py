@@ -4,8 +4,6 @@ The method is that of Barill et al., *Fast winding numbers for soups and clouds*
 libigl. The winding number is 1 inside a closed surface, 0 outside, and between the two near a hole.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.types import TriMesh

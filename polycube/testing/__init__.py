@@ -8,8 +8,6 @@
 A violated requirement raises AssertionError with the kind and the value found.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Assertions of the conformance checks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

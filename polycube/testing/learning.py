@@ -1,7 +1,5 @@
 """Requirements for primitive, schedule, model, sampler and data plugins."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

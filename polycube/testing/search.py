@@ -1,7 +1,5 @@
 """Requirements for estimate and policy plugins, on a search for a mesh of a block."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ They are far from the origin. The side lengths of the block are 100, 60 and 40; 
 unit cell, and the map to the part is affine.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Requirements for spline, analysis and export plugins."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Requirements for the stages of a run, from structure to acceptance, on a block of known size."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

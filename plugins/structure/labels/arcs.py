@@ -1,7 +1,5 @@
 """Borders of pieces: arcs between two pieces, and the order of arcs around their ends."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ of x, and so have all points of a crease across x inside another chart; charts a
 common vertex have the same value.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

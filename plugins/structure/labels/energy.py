@@ -5,8 +5,6 @@ and four to the right around a hole. Any other sum, two adjacent opposite labels
 reverses its direction are faults.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ The coordinate f along an axis has a gradient as close as possible to that of th
 with one value of f on each group of vertices.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

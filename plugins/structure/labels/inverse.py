@@ -1,7 +1,5 @@
 """A rough map from bricks to the part, fitted to the positions of its surface on them."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity, kron, vstack
 

@@ -1,7 +1,5 @@
 """Bricks from the coordinates of charts: full bricks, and charts with faces of bricks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A part in its frames, and candidates from bricks with the positions of its surface."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Order of charts that face each other along an axis, and values that keep distances."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

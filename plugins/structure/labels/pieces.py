@@ -3,8 +3,6 @@
 Lengths are in diagonals of the bounding box, coordinates in a frame.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Positions of a labelled surface on a lattice of bricks: fields, their order, knots."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 

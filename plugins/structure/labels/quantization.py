@@ -1,7 +1,5 @@
 """Charts with a common knot: values along the axes become knot numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rays along the axes and triangles sorted into strips."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

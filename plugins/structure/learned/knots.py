@@ -13,8 +13,6 @@ such that the gradients of the coordinates are as close as possible to those of 
 with one value for each chart.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

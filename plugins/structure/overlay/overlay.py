@@ -1,7 +1,5 @@
 """A lattice with cells of the size of the hexes, laid over the part."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Lattice planes of one axis: on the planar faces of the part, evenly spaced between them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

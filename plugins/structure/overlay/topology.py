@@ -1,7 +1,5 @@
 """Full cells of a lattice, flipped until they are one manifold solid without voids."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from scipy.ndimage import binary_dilation, binary_fill_holes, label

@@ -1,7 +1,5 @@
 """Alignments of a part in several frames and along their axes, as candidates."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

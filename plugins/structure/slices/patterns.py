@@ -6,8 +6,6 @@ Repeated slabs are redundant: cube + hole_y = FFF FYF = FYF. A few patterns thus
 contexts, and the structure of a part is found by aligning its slices with each pattern.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

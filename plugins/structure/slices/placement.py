@@ -1,7 +1,5 @@
 """The rough map of an alignment: every slice has its own lines, which follow bends and tapers."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 

@@ -4,8 +4,6 @@ The context of the cheapest alignment is proposed; alignments with a similar cos
 and a short registration decides between them.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 

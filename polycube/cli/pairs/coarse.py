@@ -1,7 +1,5 @@
 """Mesh a part on a coarse polycube: the meshing stages of a run, with few slabs per axis."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from threading import Event

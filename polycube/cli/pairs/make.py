@@ -4,8 +4,6 @@ Exit codes: 0 if at least one part gave pairs, 2 if none did or an option is inv
 interrupted.
 """
 
-from __future__ import annotations
-
 import csv
 import glob
 import logging

@@ -1,7 +1,5 @@
 """The combined results of an assembly: one mesh, one `report.json`, one page."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Pair i of a stream depends on (seed, i) only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """CAD features of lattices: round holes, fillets, chamfers, slanted faces, draft."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

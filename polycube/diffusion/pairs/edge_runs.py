@@ -4,8 +4,6 @@ At an edge, one of the four boxes around it differs from the other three: it is 
 edge and empty at a concave one. Both are rounded within this odd box and similar boxes next to it.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

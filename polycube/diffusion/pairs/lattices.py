@@ -11,8 +11,6 @@ Bosses and ribs are the remaining parts of a slab at an end: boss end mid mid, r
 Features after which the solid is not one manifold without voids are rejected.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Round sections of features: circles, and slots with round ends, also if others cross them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.diffusion.pairs.edge_runs import EdgeRuns

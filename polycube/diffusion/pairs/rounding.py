@@ -11,8 +11,6 @@ out between a third of the distance to the next knot and that knot; inside, up t
 next feature; along the edge, beyond its ends. The planes of other knots are therefore unchanged.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ cube + nothing and cube + cube have the same shape, a box; a cell with a hole al
 of one with a hole along y, rotated. A network can only recognise the shape, not the context.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

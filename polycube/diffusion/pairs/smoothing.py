@@ -1,7 +1,5 @@
 """Round a closed surface by a few smoothing steps, with its bounding box unchanged."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix
 

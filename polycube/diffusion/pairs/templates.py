@@ -1,7 +1,5 @@
 """Finely tessellated polycube surfaces, and the same surfaces rounded by implicit smoothing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product

@@ -1,7 +1,5 @@
 """The surface of a lattice as small triangles with the numbers of their knot planes."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random widths of the slabs of a lattice: the proportions of a part."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

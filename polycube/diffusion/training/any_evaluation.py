@@ -3,8 +3,6 @@
 Distances are in units of the learning frame, in which the longest edge of a part is 2.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Checkpoints from which a training can be resumed after any interruption."""
 
-from __future__ import annotations
-
 from io import BytesIO
 from pathlib import Path
 

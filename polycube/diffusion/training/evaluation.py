@@ -5,8 +5,6 @@ point is determined in two ways: the closest face, and the closest face with the
 network taken into account (`structure.projection`). Distances are in cells.
 """
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence

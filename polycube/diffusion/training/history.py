@@ -3,8 +3,6 @@
 The picture has the loss by step, as in the paper, and the measures of held-out pairs.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Share of correctly drawn lattices, on parts that are not in the training set."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import islice
 

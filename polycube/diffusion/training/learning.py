@@ -1,7 +1,5 @@
 """Options of a training: losses, learning rates and averaged weights."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

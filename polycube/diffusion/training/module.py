@@ -1,7 +1,5 @@
 """Training (paper, Algorithm 1) as a LightningModule."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from functools import reduce

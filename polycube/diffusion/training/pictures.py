@@ -1,7 +1,5 @@
 """Pictures of a training in TensorBoard: geometry, predicted polycube and truth side by side."""
 
-from __future__ import annotations
-
 import lightning.pytorch as L
 import numpy as np
 from lightning.pytorch.loggers import TensorBoardLogger

@@ -3,8 +3,6 @@
 The paths of the creases on a coarse mesh give the intervals of the lattice along each crease.
 """
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

@@ -4,8 +4,6 @@
 distance of at least a fifth of the even spacing, so that edges cannot fold; corners are fixed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

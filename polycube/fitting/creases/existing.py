@@ -1,7 +1,5 @@
 """Paths of the curves of a surface that a mesh has already, before it is fitted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.fitting.creases.paths import find_routes

@@ -4,8 +4,6 @@ The paths of the curves divide the boundary into parts. A part belongs to the CA
 of it lies, if every curve of this face has a path; otherwise the part may cover two faces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

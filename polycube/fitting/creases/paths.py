@@ -5,8 +5,6 @@ cheapest path between the vertices of its corners, and a loop the cheapest cycle
 to one path only, except at corners. `routing` defines the cost of an edge.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ the surface and are pulled towards their crease while the worst hexes are improv
 scaled Jacobian of the worst hex, or the value up to which the score counts it in full.
 """
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

@@ -6,8 +6,6 @@ for their cost are tried first. Several neighbourhoods without a common hex are 
 time. A hex whose Jacobian is not positive everywhere counts as flat.
 """
 
-from __future__ import annotations
-
 import logging
 from collections import Counter
 from collections.abc import Iterator

@@ -4,8 +4,6 @@ At a flat corner, two edges of a quad are nearly collinear. A sheet of hexes und
 gives every vertex of its border two quads on the face.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A fitted mesh with the constraints of its boundary, and the cost of its hexes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -3,8 +3,6 @@
 Only the boundary near the neighbourhood is tested, so the time does not depend on the whole mesh.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

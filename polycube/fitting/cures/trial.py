@@ -1,7 +1,5 @@
 """A place to cure in a fitted mesh, and a tried cure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ reads a request as JSON from standard input (see `quads.quads`) and writes array
 given there.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from itertools import product

@@ -1,7 +1,5 @@
 """Hex sizes at points of a surface, from requests at its faces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Points, curves and faces of a CAD model that the hex mesh keeps or loses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.cad_sets import face_set

@@ -1,7 +1,5 @@
 """Numbers of hexes through walls and around holes, compared with the requested ones."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.cad_sets import cad_sets

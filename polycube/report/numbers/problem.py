@@ -1,7 +1,5 @@
 """Descriptions of the material, supports and loads of an analysis, with the size of each place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -92,7 +90,7 @@ def _held(support: Prescribed, unit: str) -> str:
     return ", ".join(phrases)
 
 
-def _pairs(support: Prescribed) -> zip[tuple[int, float]]:
+def _pairs(support: Prescribed) -> Iterator[tuple[int, float]]:
     return zip(support.components, support.values, strict=True)
 
 

@@ -4,8 +4,6 @@ Its keys are an interface for other programs; distances are fractions of the dia
 bounding box of the input.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Mapping

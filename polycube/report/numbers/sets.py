@@ -1,7 +1,5 @@
 """Numbers of the named parts of the boundary: size, place and direction of each set."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.cad_sets import face_set

@@ -1,7 +1,5 @@
 """The page of an assembly: a row per solid with a link to its report, and the contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

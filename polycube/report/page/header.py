@@ -1,7 +1,5 @@
 """The top of the page, and the first sheet of paper: origin, verdict, main numbers, mesh."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from polycube.report.numbers.verdict import about, tiles, verdict, why

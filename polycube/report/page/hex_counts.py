@@ -1,7 +1,5 @@
 """The section of hex counts: requests, and walls and holes with fewer hexes than wanted."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from polycube.report.page.templates import NOTHING, render

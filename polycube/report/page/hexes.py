@@ -1,7 +1,5 @@
 """The section of the hex mesh: measures, certificate, worst hexes, distances, primitives."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The HTML report: one page that needs no network and no other file."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterable, Mapping

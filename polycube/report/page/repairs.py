@@ -1,7 +1,5 @@
 """The section of changes to the input before meshing, or of the reconstruction of its surface."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from polycube.report.numbers.verdict import length_unit

@@ -5,8 +5,6 @@ The top of the page, the hex mesh and the solution have separate modules: `heade
 all be incomplete, and returns "" if it is empty.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 

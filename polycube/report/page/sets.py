@@ -1,7 +1,5 @@
 """The section of the named sets: a picture, and a table that is its legend."""
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 

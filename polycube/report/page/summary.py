@@ -1,7 +1,5 @@
 """The page of a batch: a row per part with a link to its report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

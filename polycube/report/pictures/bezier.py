@@ -1,7 +1,5 @@
 """Boundary of a Bezier solid as small quads, for pictures of a spline."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of a CAD model with the curves and faces that the hex mesh loses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.feature_distances import Feature

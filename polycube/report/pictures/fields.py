@@ -1,7 +1,5 @@
 """Pictures of a solution: the boundary of the solid, deformed and coloured."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Colours of the named sets of the boundary, common to page and picture."""
 
-from __future__ import annotations
-
 from itertools import cycle
 
 import numpy as np

@@ -3,8 +3,6 @@
 A failed picture must not end a run: it is omitted, with one warning.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import pickle

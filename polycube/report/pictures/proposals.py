@@ -1,7 +1,5 @@
 """A sheet of the structures proposed for a part."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Scenes of the pictures, as coloured polygons and lines; without drawing them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

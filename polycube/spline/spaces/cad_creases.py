@@ -4,8 +4,6 @@ The angle is that between the CAD faces, not between the quads: a coarse cylinde
 and a flat chamfer has all of its creases.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

@@ -1,7 +1,5 @@
 """Boundary edges (S, 2) and vertices (P,) of a hex mesh that remain sharp in the spline."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, edge_valence, quad_edges

@@ -4,8 +4,6 @@ A triangulation of such a hole can cross the surface if the boundary of the hole
 Therefore only points on it are used, for a second reconstruction.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

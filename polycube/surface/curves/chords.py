@@ -1,7 +1,5 @@
 """Distance between a crease and a polygon with vertices on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

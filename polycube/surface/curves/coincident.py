@@ -5,8 +5,6 @@ two bores of nearly the same diameter. One path of mesh edges represents both cu
 paths would cross each other.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

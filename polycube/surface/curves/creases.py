@@ -14,8 +14,6 @@ are averaged over half a hex, or the crease must belong to long ones (`LONG`), w
 and not noise.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -5,8 +5,6 @@ facets of a round surface. Facets are consecutive: three parallel edges in a row
 belong to a bend.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface.measures import connected, face_areas

@@ -1,7 +1,5 @@
 """Defects of a surface: kinds, numbers and places."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ edges where the planes of the faces around a vertex meet. Vertices whose faces w
 become thin are moved back, partly or completely. Details thinner than a cell are lost.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.sparse import coo_array

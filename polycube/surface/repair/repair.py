@@ -5,8 +5,6 @@ flat holes; other faces stay unchanged. If this is not sufficient, or if faces c
 rebuilds the surface (`remesh.py`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 

@@ -1,7 +1,5 @@
 """The steps of a repair: each takes a surface and returns the new one and the changes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface import measures as topology

@@ -1,7 +1,5 @@
 """Interactive 3D view of the hex mesh in the page: rotate, cut, filter and colour."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Sequence
