@@ -116,8 +116,7 @@ class Standard(Goal, Acceptance):
 
     def _wishes(self, found: Inspection) -> float:
         """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""
-        from polycube.hexmesh.generation.requests import requests_of
-        from polycube.hexmesh.generation.requests_met import missing
+        from polycube.hexmesh.generation.requests import missing, requests_of
 
         off = missing(found.mesh, found.surface, requests_of(self.at)) if self.at else [0]
         return float(np.abs(off).sum()) + self._times(found.deviation.p99, self.deviation, found)
@@ -139,8 +138,7 @@ class Standard(Goal, Acceptance):
 
     def _unmet(self, found: Inspection) -> Iterator[str]:
         """A sentence for each wish that the mesh misses."""
-        from polycube.hexmesh.generation.requests import requests_of
-        from polycube.hexmesh.generation.requests_met import unmet
+        from polycube.hexmesh.generation.requests import requests_of, unmet
 
         yield from unmet(found.mesh, found.surface, requests_of(self.at)) if self.at else ()
         if self.creases not in (None, "auto") and self._off_creases(found):
@@ -195,7 +193,7 @@ class Standard(Goal, Acceptance):
 
     def _warnings(self, found: Inspection) -> Iterator[str]:
         """Warnings about a valid mesh."""
-        from polycube.hexmesh.cad_sets import face_set
+        from polycube.hexmesh.named_sets import face_set
 
         apart, p99 = found.deviation, found.deviation.p99
         if found.scaled_jacobian < self.poor_jacobian:

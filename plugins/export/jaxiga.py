@@ -42,7 +42,7 @@ class Jaxiga:
 
 def _tricubic(spline: Spline, mesh: HexMesh) -> Arrays:
     from polycube.hexmesh.named_sets import sets_of_spline
-    from polycube.spline.element_faces import FACES
+    from polycube.spline.boundary import FACES
 
     functions = spline.element_functions()
     dofs, extraction = functions.padded(np.arange(len(spline.nodes)), len(spline.control))

@@ -11,10 +11,11 @@ from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.deviation import deviation
-from polycube.spline.spaces.cad_creases import cad_corners, cad_creases
-from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.selection import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
+    cad_corners,
+    cad_creases,
     edges_between,
     is_among,
     single_hex_edges,

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
+from polycube.analysis.boundary_sets import Trace, trace
 from polycube.analysis.slopes import zero_slope_edges
-from polycube.analysis.trace import Trace, trace
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Support
-from polycube.analysis.trace import trace
 from polycube.spline.bernstein import bernstein, derivative
 from polycube.spline.boundary import boundary_nodes
 from polycube.types import Spline

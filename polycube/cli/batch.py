@@ -34,7 +34,7 @@ from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.stored import read_json
 from polycube.io.surfaces import KNOWN
-from polycube.report.page.summary import summary_page
+from polycube.report.page.html import summary_page
 
 ROW, FAILURE = "row.json", "failure.txt"
 TABLE = ("summary.csv", "summary.html")

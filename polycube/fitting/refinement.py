@@ -18,9 +18,8 @@ from polycube.fitting.merit import exceeded_limits, least_jacobian, merit
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import pull
-from polycube.hexmesh.connectivity import edges
+from polycube.hexmesh.connectivity import edges, split
 from polycube.hexmesh.inspection import Inspection, inspect
-from polycube.hexmesh.octree import split
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh

@@ -13,9 +13,9 @@ import numpy as np
 
 from polycube.hexmesh import quality
 from polycube.hexmesh.cad_faces import quad_regions
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.feature_distances import Feature, feature_distances
+from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.quality import Deviation, Samples
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import measures

@@ -11,8 +11,7 @@ from polycube.analysis.boundary_sets import check_names
 from polycube.analysis.preconditioner import is_factored
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
-from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.generation.requests_met import check_requests
+from polycube.hexmesh.generation.requests import check_requests, requests_of
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Policy
 from polycube.numerics import memory
@@ -30,7 +29,7 @@ from polycube.search.structures import choose
 from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.state import RunState
-from polycube.structure.labels import nearest_labels
+from polycube.structure.projection import nearest_labels
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)

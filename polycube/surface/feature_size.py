@@ -6,8 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import twins
-from polycube.surface.samples import spread
+from polycube.surface.measures import spread, twins
 from polycube.surface.thickness import widths
 
 SAMPLES = 5_000  # number of points on the surface

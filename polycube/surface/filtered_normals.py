@@ -9,8 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.surface.measures import face_areas, unit
-from polycube.surface.samples import spread
+from polycube.surface.measures import face_areas, spread, unit
 from polycube.types import TriMesh
 
 POINTS = 100  # sample points of the surface in a flat disc of the given width

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import SIDES, solid
+from polycube.testing.solids import SIDES, claim, claim_array, solid
 from polycube.types import (
     Deformation,
     HexMesh,

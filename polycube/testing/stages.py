@@ -16,8 +16,7 @@ from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures as surfaces
-from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import PLACE, SIDES, Solid, ring, solid, swollen
+from polycube.testing.solids import PLACE, SIDES, Solid, claim, claim_array, ring, solid, swollen
 from polycube.testing.solutions import check_analysis, check_export, check_spline
 from polycube.types import (
     Candidate,

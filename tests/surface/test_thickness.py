@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from polycube.surface.samples import spread
+from polycube.surface.measures import spread
 from polycube.surface.thickness import thickness
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined

@@ -23,7 +23,7 @@ from polycube.surface.winding import winding_numbers
 from polycube.types import Polycube, TriMesh
 
 from ..bricks.topology import defect
-from ..labels.fields import field, stiffness
+from ..labels.charts import field, stiffness
 from ..labels.lattices import OnBricks
 from .draws import Draw
 

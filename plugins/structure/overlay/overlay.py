@@ -202,7 +202,7 @@ def _first(lattices: Iterator[tuple[Defects, Candidate]]) -> tuple[Defects, Cand
 
 def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(X, Y, Z) solid share of each cell between lattice planes, by samples."""
-    from polycube.surface.inside import inside
+    from polycube.surface.voxels import inside
 
     solid = inside(surface.vertices[surface.faces], *map(_samples, (x, y, z)))
     nx, ny, nz = (len(planes) - 1 for planes in (x, y, z))

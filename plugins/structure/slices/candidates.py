@@ -8,9 +8,8 @@ from polycube.surface.frames import frames, rotations, turn
 from polycube.surface.voxels import voxels
 from polycube.types import Candidate, Polycube, TriMesh
 
-from .alignment import Alignment, View, align
+from .alignment import Alignment, SlabPattern, View, align
 from .options import Costs, SliceOptions
-from .patterns import SlabPattern
 from .placement import misfit, place
 
 TIE = 0.01  # weight of the lengths among equally good alignments

@@ -41,8 +41,8 @@ class SliceMatching(SliceOptions, Structure):
         from polycube.structure.lattice import genus as genus_of
         from polycube.surface.measures import genus
 
+        from .alignment import slab_patterns
         from .candidates import alignments, as_candidate, views
-        from .patterns import slab_patterns
 
         if tuple(self.grid[1:]) != (1, 1):
             logger.info("slices: grid %s is not a row of cells; nothing is proposed", self.grid)

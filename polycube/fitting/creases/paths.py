@@ -25,8 +25,7 @@ from polycube.fitting.creases.routing import (
 )
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
-from polycube.surface.curves.coincident import covered, merged
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import Crease, Features, covered, merged
 
 logger = logging.getLogger(__name__)
 

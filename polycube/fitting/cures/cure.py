@@ -20,10 +20,16 @@ from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import fit_in_envelope
 from polycube.fitting.cures.faces import Faces
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
-from polycube.fitting.cures.insertion import inserted, placed
+from polycube.fitting.cures.insertion import (
+    ABSOLUTE_GAIN,
+    SUFFICIENT,
+    Place,
+    Trial,
+    inserted,
+    placed,
+)
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
 from polycube.fitting.cures.refit import refit
-from polycube.fitting.cures.trial import ABSOLUTE_GAIN, SUFFICIENT, Place, Trial
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.numerics.lbfgs import count_more, counted
 from polycube.numerics.threads import side_by_side

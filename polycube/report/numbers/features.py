@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.named_sets import face_set
 from polycube.surface.curves.acute import acute
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh

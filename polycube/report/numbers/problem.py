@@ -5,8 +5,16 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from polycube.analysis.boundary_sets import quads_of
-from polycube.analysis.material import MATERIALS, Material
-from polycube.analysis.problem import Applied, Conduction, Prescribed, Problem, Statics, Vibration
+from polycube.analysis.problem import (
+    MATERIALS,
+    Applied,
+    Conduction,
+    Material,
+    Prescribed,
+    Problem,
+    Statics,
+    Vibration,
+)
 from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
 from polycube.kinds import StatesProblem

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.face_groups import measure
-from polycube.hexmesh.named_sets import kind_of
+from polycube.hexmesh.named_sets import face_set, kind_of
 from polycube.surface.measures import face_areas
 from polycube.types import HexMesh, TriMesh
 

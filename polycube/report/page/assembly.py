@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from polycube.report.page.header import header
-from polycube.report.page.html import page
+from polycube.report.page.html import header, page
 from polycube.report.page.templates import Link, Row, render, show
 from polycube.report.page.views.viewer import viewer
 from polycube.types import HexMesh, Json

@@ -23,7 +23,6 @@ from polycube.report.pictures import (
     fields,
     loads,
     named_sets,
-    proposals,
     scenes,
     trajectory,
 )
@@ -48,9 +47,9 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
         found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
     if state.labels is not None:
         found["labels"] = partial(scenes.labelled, surface, state.labels)
-    proposed = proposals.distinct(state.ranked)
+    proposed = scenes.distinct(state.ranked)
     if len(proposed) > 1:
-        found["proposals"] = partial(proposals.sheet, proposed)
+        found["proposals"] = partial(scenes.sheet, proposed)
     if state.given is not None:
         found["given"] = partial(scenes.hex_cut, state.given)
     if mesh is not None:

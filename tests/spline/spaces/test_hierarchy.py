@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.hexmesh.octree import split
+from polycube.hexmesh.connectivity import split
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
 from polycube.spline.bezier import min_detj
@@ -19,8 +19,7 @@ from polycube.spline.spaces.hierarchy import (
     remainder,
     ring,
 )
-from polycube.spline.spaces.refinement import refined_spline
-from polycube.spline.spaces.selection import Refinement
+from polycube.spline.spaces.selection import Refinement, refined_spline
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.hierarchies import (
