@@ -18,7 +18,7 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
-from polycube.cli.arguments import in_full, with_input
+from polycube.cli.command import in_full, with_input
 from polycube.cli.make_pairs import check_settings
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement

@@ -38,7 +38,8 @@ class Standard(Goal, Acceptance):
     for a CAD part, whose features are more important); of distances and other warnings; of wishes
     (`meshing.at`, `meshing.deviation`, `meshing.creases`) that are not met; and of doublings of the
     number of hexes. Of meshes that are equally far, the one with the larger merit of the fitting
-    stages (`polycube.fitting.merit`) is better, reduced for each doubling of the number of hexes.
+    stages (`polycube.fitting.snapping`) is better, reduced for each doubling of the number of
+    hexes.
 
     The limits are those of `polycube.types.Goal`.
 
@@ -64,7 +65,7 @@ class Standard(Goal, Acceptance):
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""
-        from polycube.fitting.merit import merit
+        from polycube.fitting.snapping import merit
         from polycube.hexmesh.inspection import inspect
 
         found = inspect(hexes, surface)
@@ -116,7 +117,8 @@ class Standard(Goal, Acceptance):
 
     def _wishes(self, found: Inspection) -> float:
         """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""
-        from polycube.hexmesh.generation.requests import missing, requests_of
+        from polycube.hexmesh.generation.requests import requests_of
+        from polycube.hexmesh.generation.requests_met import missing
 
         off = missing(found.mesh, found.surface, requests_of(self.at)) if self.at else [0]
         return float(np.abs(off).sum()) + self._times(found.deviation.p99, self.deviation, found)
@@ -138,7 +140,8 @@ class Standard(Goal, Acceptance):
 
     def _unmet(self, found: Inspection) -> Iterator[str]:
         """A sentence for each wish that the mesh misses."""
-        from polycube.hexmesh.generation.requests import requests_of, unmet
+        from polycube.hexmesh.generation.requests import requests_of
+        from polycube.hexmesh.generation.requests_met import unmet
 
         yield from unmet(found.mesh, found.surface, requests_of(self.at)) if self.at else ()
         if self.creases not in (None, "auto") and self._off_creases(found):

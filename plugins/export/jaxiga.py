@@ -1,7 +1,5 @@
 """JAXIGA."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar

@@ -205,7 +205,7 @@ class Template:
         exact: bool,
     ) -> sizing.Counts:
         """More parts in curved regions, from a mesh of a few parts; within max_hexes."""
-        from polycube.hexmesh.generation import sizing as chords
+        from polycube.hexmesh.generation import curvature_sizing as chords
 
         gap = chords.gaps(polycube, near, few, goal)
         assert self.curvature is not None

@@ -10,8 +10,8 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.deviation import deviation
-from polycube.spline.spaces.selection import refined_spline
+from polycube.spline.boundary import deviation
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,

@@ -18,11 +18,10 @@ from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, corrected
-from polycube.analysis.peaks import peaks, poor_elements
+from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import at_places, field_of, gradient_field
-from polycube.analysis.singular import Singular, singular_places
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.boundary import boundary_nodes

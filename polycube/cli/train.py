@@ -17,7 +17,7 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
-from polycube.diffusion.pairs.shapes import turned_contexts
+from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training import pictures
 from polycube.diffusion.training.learning import AtomicCheckpoints, Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube

@@ -14,14 +14,7 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from polycube.fitting import energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.springs import Springs, together
-from polycube.hexmesh.connectivity import (
-    EDGES,
-    FACES,
-    PLACES,
-    edge_valence,
-    neighbours,
-    quad_edges,
-)
+from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, edge_valence, neighbours, quad_edges
 from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.lbfgs import descend

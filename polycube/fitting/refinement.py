@@ -14,9 +14,9 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
-from polycube.fitting.merit import exceeded_limits, least_jacobian, merit
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.snapping import exceeded_limits, least_jacobian, merit
 from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges, split
 from polycube.hexmesh.inspection import Inspection, inspect

@@ -19,8 +19,8 @@ from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.quality import Deviation, Samples
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import measures
+from polycube.surface.feature_size import thickness
 from polycube.surface.fit_target import target
-from polycube.surface.thickness import thickness
 from polycube.types import HexMesh, TriMesh
 
 SAMPLES = 8000  # points on the surface, in addition to its vertices

@@ -11,7 +11,8 @@ from polycube.analysis.boundary_sets import check_names
 from polycube.analysis.preconditioner import is_factored
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
-from polycube.hexmesh.generation.requests import check_requests, requests_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import check_requests
 from polycube.hexmesh.named_sets import sets_of_spline
 from polycube.kinds import KINDS, Acceptance, Export, Policy
 from polycube.numerics import memory
@@ -21,8 +22,7 @@ from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import build
-from polycube.search.chain import Chain, check_options, variants_of
-from polycube.search.deadline import Deadline, TimeIsUp
+from polycube.search.chain import Chain, Deadline, TimeIsUp, check_options, variants_of
 from polycube.search.history import History, Task, judged
 from polycube.search.loop import make, moves_of, search
 from polycube.search.structures import choose

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from polycube.hexmesh.generation import sizing
-from polycube.hexmesh.generation.requests import missing, requests_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import missing
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.settings import creases_of
 from polycube.kinds import CountsHexes, FollowsCreases, Subdivide

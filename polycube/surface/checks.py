@@ -14,7 +14,7 @@ from polycube.surface.measures import (
     place,
     volume,
 )
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 FLAT = 1e-9  # volume / (area * diagonal), below which a surface is taken to enclose no volume

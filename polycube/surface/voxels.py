@@ -1,4 +1,4 @@
-"""Voxels of a closed surface; points are inside by the parity of intersections."""
+"""Voxels of a closed surface; points are inside by parity or by winding number."""
 
 from __future__ import annotations
 
@@ -94,3 +94,10 @@ def _parity(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) 
                 is_inside ^= crossed[i, j, k]
                 solid[i, j, k] = is_inside
     return solid
+
+
+def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
+    """(N,) winding numbers of the surface at points (N, 3), within about 0.01."""
+    import igl
+
+    return igl.fast_winding_number(surface.vertices, surface.faces, points)

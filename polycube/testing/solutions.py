@@ -7,13 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.testing.solids import SIDES, claim, claim_array, solid
-from polycube.types import (
-    Deformation,
-    HexMesh,
-    Modes,
-    Solution,
-    Spline,
-)
+from polycube.types import Deformation, HexMesh, Modes, Solution, Spline
 
 
 def check_spline(plugin: Callable) -> None:

@@ -18,14 +18,7 @@ from polycube.structure.rough_map import evaluate
 from polycube.surface import measures as surfaces
 from polycube.testing.solids import PLACE, SIDES, Solid, claim, claim_array, ring, solid, swollen
 from polycube.testing.solutions import check_analysis, check_export, check_spline
-from polycube.types import (
-    Candidate,
-    HexMesh,
-    Labels,
-    Parametrization,
-    RoughMap,
-    Verdict,
-)
+from polycube.types import Candidate, HexMesh, Labels, Parametrization, RoughMap, Verdict
 
 NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 

@@ -12,7 +12,8 @@ from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import Sizes
 from polycube.hexmesh.connectivity import check_conforming, genus
-from polycube.hexmesh.generation.requests import missing, requests_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import missing
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
-from polycube.hexmesh.generation.requests import reached, requests_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.inspection import inspect
 from polycube.plugins.meshing.subdivide import Template
 from polycube.registry import build

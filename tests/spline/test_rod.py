@@ -9,7 +9,8 @@ from polycube.analysis.modal import lowest
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
-from polycube.spline.spaces.selection import Refinement, refined_spline
+from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.selection import Refinement
 from tests.fixtures.hierarchies import sharpened
 from tests.oracles.matrices import assemble
 

@@ -68,7 +68,7 @@ class ColumnStructure(Structure):
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
-        from polycube.hexmesh.generation.requests import missing
+        from polycube.hexmesh.generation.requests_met import missing
         from polycube.surface.measures import volume
 
         brick = full_cell(self.primitives)

@@ -20,7 +20,7 @@ from polycube.registry import register
 from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .cut import Knots, energies, filled_and_size, largest_genus
+from .energies import Knots, energies, filled_and_size, largest_genus
 
 if TYPE_CHECKING:
     from ..slices.alignment import View

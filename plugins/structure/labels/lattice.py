@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 from ..bricks.topology import defect

@@ -19,7 +19,7 @@ import numpy as np
 
 from polycube.structure.lattice import collapse
 from polycube.surface.measures import connected, face_areas, twins
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import Polycube, TriMesh
 
 from ..bricks.topology import defect

@@ -150,8 +150,7 @@ class Overlay(Structure):
         from polycube.structure.lattice import genus, of_bricks
         from polycube.surface import measures
 
-        from .planes import planes
-        from .topology import manifold
+        from .planes import manifold, planes
 
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)

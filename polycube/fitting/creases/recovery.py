@@ -12,9 +12,8 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching
 from polycube.fitting.creases.paths import find_routes
 from polycube.fitting.local_polish import ON_GOAL, raise_worst
-from polycube.fitting.merit import CREASES, FULL, merit_of
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import State, cover_of, goals_of, snap
+from polycube.fitting.snapping import CREASES, FULL, State, cover_of, goals_of, merit_of, snap
 from polycube.fitting.springs import together
 from polycube.hexmesh.quality import off_creases
 from polycube.surface.fit_target import Target

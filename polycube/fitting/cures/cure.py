@@ -18,8 +18,7 @@ from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import fit_in_envelope
-from polycube.fitting.cures.faces import Faces
-from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
+from polycube.fitting.cures.fitted import Faces, Fitted, cost, fitted, hex_costs
 from polycube.fitting.cures.insertion import (
     ABSOLUTE_GAIN,
     SUFFICIENT,

@@ -17,7 +17,8 @@ import numpy as np
 from polycube.hexmesh.cad_faces import model_sets, quads_of_sets
 from polycube.hexmesh.connectivity import edges
 from polycube.hexmesh.face_groups import measure
-from polycube.hexmesh.generation.requests import Request, check_requests, wall_of
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.generation.requests_met import check_requests, wall_of
 from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.hex_counts import rims, through

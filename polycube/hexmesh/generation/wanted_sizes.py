@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.hexmesh.cad_faces import model_sets
-from polycube.hexmesh.generation.requests import Request, check_requests, wall_of
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.generation.requests_met import check_requests, wall_of
 from polycube.hexmesh.hex_counts import curve_length, rims
 from polycube.surface.fit_target import target
 from polycube.surface.measures import diagonal, face_normals, spread

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from polycube.hexmesh.generation.requests import reached, requests_of
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
 from polycube.hexmesh.named_sets import cad_sets, kind_of
 from polycube.hexmesh.settings import MeshingSettings, least_around

@@ -15,7 +15,7 @@ import numpy as np
 from polycube import __version__
 from polycube.report.numbers import hex_counts, problem, quality, solutions
 from polycube.spline.bezier import min_detj
-from polycube.spline.deviation import deviation
+from polycube.spline.boundary import deviation
 from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project

@@ -18,14 +18,7 @@ import numpy as np
 
 from polycube.analysis.problem import Problem
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import (
-    features,
-    fields,
-    loads,
-    named_sets,
-    scenes,
-    trajectory,
-)
+from polycube.report.pictures import features, fields, loads, scenes, trajectory
 from polycube.report.pictures.render import Picture
 from polycube.state import RunState
 from polycube.types import Goal
@@ -61,7 +54,7 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
             goal = state.verdict.goal if state.verdict else Goal()
             found["features"] = partial(features.lost_features, mesh, surface, goal)
         if mesh.sets:
-            found["sets"] = partial(named_sets.both_sides, mesh)
+            found["sets"] = partial(features.both_sides, mesh)
         if np.ptp(mesh.cell):  # a single primitive is not divided
             found["cells"] = partial(scenes.decomposed, mesh)
     if state.polycube is not None and state.trajectory is not None:

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.spline.spaces.hierarchy import Space, coarsest, finer_level, hierarchical_spline
-from polycube.types import Spline, TriMesh
+from polycube.types import TriMesh
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.hierarchy import Level, Space
@@ -27,7 +26,6 @@ logger = logging.getLogger(__name__)
 
 LINE = (np.arange(4) + 0.5) / 4  # samples of a face in each direction
 NOTHING = 1e-10  # root mean square distance, in diagonals, below which it is a rounding error
-NONE = np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -215,24 +213,3 @@ def _missing(level: Level, surface: TriMesh, share: float) -> np.ndarray:
     if total[-1] <= NOTHING**2 * area.reshape(len(space.sides), -1).mean(axis=1).sum():
         return order[:0]
     return order[: np.searchsorted(total, share * total[-1] * (1 - 1e-12)) + 1]
-
-
-def refined_spline(
-    space: Space, refine: Refinement, surface: TriMesh, extraordinary_edges: int = 0
-) -> Spline:
-    """The truncated hierarchical spline; without refinement, the spline of the space.
-
-    Raises InputError for listed elements that do not exist.
-    """
-    levels = [coarsest(space, refine.levels)]
-    listed = refine.listed()
-    check_listed(listed, len(levels[0].inside))
-    while True:
-        level, depth = levels[-1], len(levels) - 1
-        # first, so that its children keep their numbers
-        wanted = listed[depth] if depth < len(listed) else NONE
-        marked = np.setdiff1d(refine.marked(level, depth, surface), wanted)
-        chosen = np.concatenate([wanted, marked])
-        if len(chosen) == 0:
-            return hierarchical_spline(levels, extraordinary_edges)
-        levels.append(finer_level(level, chosen))

@@ -19,8 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from polycube.surface.curves.features import Crease, Features
-from polycube.surface.curves.plane_edges import between_planes
-from polycube.surface.filtered_normals import broad_turns
+from polycube.surface.filtered_normals import between_planes, broad_turns
 from polycube.surface.measures import connected, half_edges, twins
 from polycube.types import TriMesh
 

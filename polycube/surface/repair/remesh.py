@@ -14,7 +14,7 @@ from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import face_normals, half_edges, unit
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 SLIDES = 8  # iterations that make the triangles more regular

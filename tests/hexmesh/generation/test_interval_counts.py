@@ -10,7 +10,8 @@ from polycube.hexmesh.generation.interval_counts import (
     raised,
     with_demands,
 )
-from polycube.hexmesh.generation.requests import Request, reached
+from polycube.hexmesh.generation.requests import Request
+from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import affine_map
 from polycube.types import Polycube

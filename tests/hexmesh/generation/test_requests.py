@@ -7,13 +7,8 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import facing, measure
-from polycube.hexmesh.generation.requests import (
-    Request,
-    check_requests,
-    reached,
-    requests_of,
-    unmet,
-)
+from polycube.hexmesh.generation.requests import Request, requests_of
+from polycube.hexmesh.generation.requests_met import check_requests, reached, unmet
 from polycube.surface.measures import diagonal
 from tests.fixtures.hexmeshes import hex_box, rings, surface_of
 from tests.fixtures.machined import bored

@@ -19,7 +19,8 @@ from polycube.spline.spaces.hierarchy import (
     remainder,
     ring,
 )
-from polycube.spline.spaces.selection import Refinement, refined_spline
+from polycube.spline.spaces.refinement import refined_spline
+from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.hierarchies import (
