@@ -4,8 +4,6 @@ Arguments and results are objects. The state of the process is not changed, so t
 used inside another Hydra program, in a notebook and on any thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace

@@ -7,8 +7,6 @@ as `conf/meshing/morph.yaml` does, or selects values.
 replace the global state of a Hydra program that runs in the same process.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import threading

@@ -1,7 +1,5 @@
 """The errors of the program and their exit codes."""
 
-from __future__ import annotations
-
 
 class PolycubeError(Exception):
     """An error that the user can correct.

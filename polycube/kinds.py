@@ -337,11 +337,6 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
 
 def _hint(missing: Sequence[str]) -> str:
     """Stages that give a missing input, as an advice."""
-    makers = [
-        name for name in STAGES if KINDS[name].gives in missing and not _passes_on(KINDS[name])
-    ]
+    stages = ((name, KINDS[name]) for name in STAGES)
+    makers = [n for n, kind in stages if kind.gives in missing and kind.gives not in kind.takes]
     return f"; put {' or '.join(makers)} before it" if makers else ""
-
-
-def _passes_on(kind: Kind) -> bool:
-    return kind.gives in kind.takes

@@ -1,7 +1,5 @@
 """Names of sets: of letters, digits and underscores, and unique without regard to case."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Iterable

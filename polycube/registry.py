@@ -10,8 +10,6 @@ Plugins are found in the `plugins/` folder and in every installed distribution w
 in the group "polycube.plugins".
 """
 
-from __future__ import annotations
-
 import difflib
 import importlib
 import inspect

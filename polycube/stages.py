@@ -1,7 +1,5 @@
 """Build the stages of a run, and run them in sequence with a clock."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections import Counter

@@ -18,8 +18,8 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
-from polycube.cli.arguments import in_full, with_input
-from polycube.cli.pairs import coarse
+from polycube.cli.command import in_full, with_input
+from polycube.cli.make_pairs import check_settings
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.intake import read_part
@@ -77,7 +77,7 @@ def check(program: str, *overrides: str) -> None:
         kind = Improvement if is_improvement(settings) else Run
         kind(settings, read_part)
     elif program == "make_pairs":
-        coarse.check(cfg)
+        check_settings(cfg)
     else:
         kinds = ("schedule", "model", "data", "sampler")
         built = [build(kind, cfg[kind]) for kind in kinds if kind in cfg]

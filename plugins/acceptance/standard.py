@@ -38,7 +38,8 @@ class Standard(Goal, Acceptance):
     for a CAD part, whose features are more important); of distances and other warnings; of wishes
     (`meshing.at`, `meshing.deviation`, `meshing.creases`) that are not met; and of doublings of the
     number of hexes. Of meshes that are equally far, the one with the larger merit of the fitting
-    stages (`polycube.fitting.merit`) is better, reduced for each doubling of the number of hexes.
+    stages (`polycube.fitting.snapping`) is better, reduced for each doubling of the number of
+    hexes.
 
     The limits are those of `polycube.types.Goal`.
 
@@ -64,7 +65,7 @@ class Standard(Goal, Acceptance):
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""
-        from polycube.fitting.merit import merit
+        from polycube.fitting.snapping import merit
         from polycube.hexmesh.inspection import inspect
 
         found = inspect(hexes, surface)
@@ -195,7 +196,7 @@ class Standard(Goal, Acceptance):
 
     def _warnings(self, found: Inspection) -> Iterator[str]:
         """Warnings about a valid mesh."""
-        from polycube.hexmesh.cad_sets import face_set
+        from polycube.hexmesh.named_sets import face_set
 
         apart, p99 = found.deviation, found.deviation.p99
         if found.scaled_jacobian < self.poor_jacobian:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from polycube.analysis.material import material
+from polycube.analysis.problem import material
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 from polycube.units import AUTO, checked_unit

@@ -1,7 +1,5 @@
 """Named sets of boundary quads, nodes and hexes, the same in all formats."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """JAXIGA."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -42,7 +40,7 @@ class Jaxiga:
 
 def _tricubic(spline: Spline, mesh: HexMesh) -> Arrays:
     from polycube.hexmesh.named_sets import sets_of_spline
-    from polycube.spline.element_faces import FACES
+    from polycube.spline.boundary import FACES
 
     functions = spline.element_functions()
     dofs, extraction = functions.padded(np.arange(len(spline.nodes)), len(spline.control))

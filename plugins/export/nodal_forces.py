@@ -1,7 +1,5 @@
 """Nodal forces of forces on element faces: integrals of the nodal functions."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

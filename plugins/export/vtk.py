@@ -1,7 +1,5 @@
 """Legacy VTK."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar

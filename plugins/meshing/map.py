@@ -1,7 +1,5 @@
 """The map from the polycube to the surface, chart by chart."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 from typing import ClassVar
@@ -52,8 +50,8 @@ class Harmonic:
         Raises MeshingError with the patch that has a wrong topology or folds.
         """
         from polycube.charts.charts import flatten
+        from polycube.charts.harmonic import chart_map
         from polycube.charts.segmentation import segment
-        from polycube.charts.volumetric import chart_map
 
         pieces = segment(surface, polycube, labels, parametrization, self.longest)
         sheet = flatten(pieces)

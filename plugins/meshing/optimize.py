@@ -1,7 +1,5 @@
 """Improve the worst hexes, with the boundary on the surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Refine the hexes to fit the surface more closely."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Label the faces of the surface with the faces of the polycube."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -29,7 +27,7 @@ class Nearest:
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization
     ) -> Labels:
         """Labels of the faces of the surface."""
-        from polycube.structure.labels import nearest_labels
+        from polycube.structure.projection import nearest_labels
 
         return nearest_labels(surface, polycube, parametrization, self.alpha, self.rounds)
 
@@ -63,7 +61,7 @@ class Drawn:
     ) -> Labels:
         """Labels of the faces of the surface."""
         from polycube.charts.segmentation import segment
-        from polycube.structure.labels import majority
+        from polycube.structure.projection import majority
 
         guide = Nearest(self.alpha, self.rounds)(surface, polycube, parametrization)
         drawn = segment(surface, polycube, guide, parametrization, self.longest).labels(surface)

@@ -1,7 +1,5 @@
 """Untangle the hexes and fit their boundary to the surface."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -50,7 +48,7 @@ class Register:
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, close to the surface; at their places if `rounds` is 0."""
-        from polycube.fitting.creases.existing import existing_paths
+        from polycube.fitting.creases.recovery import existing_paths
         from polycube.fitting.registration import matched_curves, register_mesh
         from polycube.surface.fit_target import target
 

@@ -100,9 +100,8 @@ class Template:
 
         Raises MeshingError if more than `max_hexes` are requested.
         """
-        from polycube.fitting.cascade import cascade, registered_map
         from polycube.fitting.creases.chord_counts import finer_along
-        from polycube.fitting.registration import register_mesh
+        from polycube.fitting.registration import cascade, register_mesh, registered_map
         from polycube.hexmesh.generation.interval_counts import Lattice
         from polycube.hexmesh.generation.template import mesh, mesh_between
         from polycube.surface.fit_target import target

@@ -30,7 +30,8 @@ class Registration:
     distances in per cent of the diagonal (98th percentile, both directions), penalties for bad
     hexes and a wrong volume, for corners of the polycube, and for curves of a CAD part without a
     path of mesh edges, and the cost given by the proposal. Smaller scores are better. Lattices with
-    cells of the size of the hexes are not registered and keep their order; their score is infinite.
+    cells of the size of the hexes are not registered and keep their order; their score is infinite,
+    as is that of the only structure if it has blocks, because there is nothing to choose between.
     A structure with more than `boxes` boxes is not ranked, because it is not coarse.
 
     Parameters
@@ -70,6 +71,8 @@ class Registration:
         same = [c for c in solid if genus_of(c.polycube, c.blocks) == wanted]
         ranked = []
         coarse = self._coarse([c for c in same if c.tier < Tier.FINE])
+        if len(coarse) == 1 and coarse[0].tier == Tier.EXACT and coarse[0].blocks is not None:
+            ranked, coarse = [_unregistered(coarse[0])], []
         for proposal in dict.fromkeys(c.proposal for c in coarse):
             own = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)
             ranked += [self._scored(c, goal, own[0].cost) for c in own[: self.limit]]
@@ -121,11 +124,14 @@ class Registration:
 
 
 def _unregistered(candidate: Candidate) -> Ranked:
-    """A candidate with the boxes of its lattice as hexes, and an infinite score."""
+    """A candidate with its blocks or the boxes of its lattice as hexes, and an infinite score."""
+    from polycube.hexmesh.generation.blocks import on_box
     from polycube.hexmesh.generation.template import mesh
     from polycube.structure.rough_map import identity_map
 
-    polycube = candidate.polycube
+    polycube, blocks = candidate.polycube, candidate.blocks
+    if blocks is not None:
+        return Ranked(candidate, np.inf, {}, blocks, on_box(blocks.vertices))
     x, y, z = (np.ones(n, np.int64) for n in polycube.occupancy.shape)
     positions = mesh(polycube, identity_map(polycube), (x, y, z)).vertices
     return Ranked(candidate, np.inf, {}, mesh(polycube, candidate.rough_map, (x, y, z)), positions)

@@ -1,7 +1,5 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np
@@ -12,11 +10,12 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.deviation import deviation
-from polycube.spline.spaces.cad_creases import cad_corners, cad_creases
+from polycube.spline.boundary import deviation
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
+    cad_corners,
+    cad_creases,
     edges_between,
     is_among,
     single_hex_edges,

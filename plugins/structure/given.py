@@ -44,8 +44,8 @@ class Given(SliceOptions, Structure):
         from polycube.structure.lattice import collapse, genus, is_manifold
         from polycube.surface import measures as surfaces
 
+        from .slices.alignment import SlabPattern
         from .slices.candidates import alignments, as_candidate, distinct_turns, views
-        from .slices.patterns import SlabPattern
 
         full = self._polycube()
         polycube, named = collapse(full), ", ".join(map(str, self.context))
@@ -77,7 +77,7 @@ class Given(SliceOptions, Structure):
         from polycube.structure.lattice import lattice
         from polycube.surface.frames import rotations, turn
 
-        from .slices.patterns import slabs_of_context
+        from .slices.alignment import slabs_of_context
 
         if full.grid[1:] != (1, 1):
             return {}

@@ -14,8 +14,7 @@ from functools import partial
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.numerics.element_matrices import add_elements, elastic
-from polycube.numerics.element_sums import colours, zero_matrices
+from polycube.numerics.element_matrices import add_elements, colours, elastic, zero_matrices
 from polycube.numerics.products import Symmetric
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import gauss, tensor, volume_basis

@@ -7,8 +7,6 @@ solid, a subset that spans the traces is chosen, `pivots`, and the others stay f
 c_given - X c_others. Then u = basis @ free + offset has the prescribed trace for any `free`.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,8 +15,8 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
 from scipy.sparse.linalg import SuperLU, splu
 
+from polycube.analysis.boundary_sets import Trace, trace
 from polycube.analysis.slopes import zero_slope_edges
-from polycube.analysis.trace import Trace, trace
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)

@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 from polycube.analysis.recovery import TO_BEZIER
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
-from polycube.spline.element_faces import FACES, unshared_faces
+from polycube.spline.boundary import FACES, unshared_faces
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)

@@ -6,8 +6,6 @@ factor of K - shift M in single precision as preconditioner, for a shift slightl
 large models with an approximate inverse.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,8 +17,8 @@ from scipy.sparse.linalg import LinearOperator
 
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
-from polycube.analysis.material import Material
 from polycube.analysis.preconditioner import elastic_preconditioner
+from polycube.analysis.problem import Material
 from polycube.numerics.davidson import davidson
 from polycube.numerics.factorization import factorize
 from polycube.numerics.products import Symmetric

@@ -1,7 +1,5 @@
 """-div k grad u = f with u or the flux given on the boundary, such as heat conduction."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.analysis.assembly import Elements, assemble_scalar_lower
+from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
 from polycube.analysis.recovery import gradient_field
-from polycube.analysis.trace import trace
 from polycube.errors import InputError
 from polycube.types import Potential, Spline
 from polycube.units import METRES

@@ -9,9 +9,11 @@ precision.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 
 import numpy as np
 from scipy.sparse import csr_matrix, eye, spmatrix
@@ -19,16 +21,23 @@ from scipy.sparse.linalg import LinearOperator
 
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
-from polycube.analysis.vertex_model import LEAST, N_GAUSS, VertexModel
 from polycube.errors import MeshingError
-from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
 from polycube.numerics.factorization import Factor, factorize
 from polycube.numerics.products import Symmetric, times
-from polycube.types import Spline
+from polycube.types import ElementFunctions, Spline
 
 LIMIT = 12_000  # functions above which the direct factor is more expensive
 SHARE = 0.05  # share of the identity in B
 STEPS = 8  # Chebyshev iterations
+CORNERS = np.array([0, 3, 12, 15, 48, 51, 60, 63])  # of the 4^3 Bezier points of an element
+LEAST = 1 / 27  # smallest eigenvalue of B (largest 1): means of eight with weights 2/3 and 1/3
+N_GAUSS = 2  # points per direction
+logger = logging.getLogger(__name__)
+
+TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
+ITERATIONS = 500  # largest number of iterations
+
+Operator = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,3 +166,78 @@ def solvers(
         solve = factorize(constraints.basis.T @ stiffness.full() @ constraints.basis, points).solve
         return solve, solve
     return partial(conjugate_gradients, near.restricted(stiffness).matvec, precondition=near), near
+
+
+@dataclass(frozen=True, eq=False)
+class VertexModel:
+    """Trilinear hexes; vertices are numbered like the functions."""
+
+    values: csr_matrix  # (C, C) B
+    corners: np.ndarray  # (E, 8) vertices of each element
+    vertices: np.ndarray  # (C, 3)
+
+    @classmethod
+    def of(cls, spline: Spline) -> VertexModel | None:
+        """The model of a spline, or None if its functions do not belong to vertices."""
+        used, corners = np.unique(spline.nodes[:, CORNERS], return_inverse=True)
+        if len(used) != len(spline.control) or spline.level.any():
+            return None
+        rows = csr_matrix(spline.extraction[used])
+        function = np.asarray(rows.argmax(axis=1)).ravel()
+        if len(np.unique(function)) != len(function):
+            return None
+        values = csr_matrix(rows[np.argsort(function)])
+        return cls(values, function[corners].reshape(-1, 8), values @ spline.control)
+
+    @property
+    def elements(self) -> Elements:
+        """The hexes as Bezier elements."""
+        hats = _hats()
+        order = np.argsort(self.corners, axis=1)
+        functions = np.take_along_axis(self.corners, order, axis=1)
+        n, at = len(functions), np.nonzero(hats)[1].reshape(8, -1)
+        value = np.take_along_axis(hats, at, axis=1)
+        starts = np.arange(8 * n + 1) * at.shape[1]
+        matrix = csr_matrix((value[order].ravel(), at[order].ravel(), starts), (8 * n, 64))
+        points = np.einsum("cm,eci->emi", hats, self.vertices[self.corners], optimize=True)
+        return Elements(
+            ElementFunctions(np.arange(n + 1) * 8, functions.ravel(), matrix),
+            points.reshape(-1, 3),
+            np.arange(64 * n).reshape(n, 64),
+            len(self.vertices),
+        )
+
+
+def _hats() -> np.ndarray:
+    """(8, 64) Bezier coefficients of the trilinear functions of the corners."""
+    line = np.array([[3, 2, 1, 0], [0, 1, 2, 3]]) / 3
+    return np.stack(
+        [np.kron(line[z], np.kron(line[y], line[x])) for z, y, x in product((0, 1), repeat=3)]
+    )
+
+
+def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Operator) -> np.ndarray:
+    """Solution (N,) of A x = right (N,).
+
+    precondition : approximate inverse; it may be in single precision, because directions are made
+        conjugate with the change of the residual (Polak and Ribiere)
+
+    Raises MeshingError if TOLERANCE is not reached within ITERATIONS.
+    """
+    found, rest = np.zeros_like(right), right
+    better = direction = precondition(rest)
+    size = first = rest @ better
+    for step in range(ITERATIONS):
+        if size <= TOLERANCE**2 * first:
+            logger.info("%d unknowns after %d steps", len(right), step)
+            return found
+        against = matrix(direction)
+        length = size / (direction @ against)
+        found = found + length * direction
+        change, rest = -length * against, rest - length * against
+        better = precondition(rest)
+        direction = better + (better @ change) / size * direction
+        size = rest @ better
+    raise MeshingError(
+        f"the solution did not converge in {ITERATIONS} steps: residual {np.sqrt(size / first):.1e}"
+    )

@@ -5,8 +5,6 @@ The gradient of a tricubic solution is most accurate at the 3^3 Gauss points of 
 and averaged over the elements that share a point, so the field is continuous where the geometry is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Edges next to constrained faces at which the functions of a spline space have zero slope."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix
 

@@ -6,8 +6,6 @@ Displacement and reactions are computed in the spline space; the stress in the s
 continuous tricubic functions.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,14 +15,13 @@ import numpy as np
 from scipy.sparse import eye
 
 from polycube.analysis.assembly import Elements, assemble_lower
+from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, corrected
-from polycube.analysis.material import Material
-from polycube.analysis.peaks import peaks, poor_elements
+from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
+from polycube.analysis.problem import Material
 from polycube.analysis.recovery import at_places, field_of, gradient_field
-from polycube.analysis.singular import Singular, singular_places
-from polycube.analysis.trace import trace
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.boundary import boundary_nodes

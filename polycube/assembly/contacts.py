@@ -5,8 +5,6 @@ surface is clipped by the three planes through the sides of a triangle of the ot
 the rest is measured.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

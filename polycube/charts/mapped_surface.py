@@ -3,8 +3,6 @@
 Refinement only splits edges: the shape is unchanged, and existing vertices keep their numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

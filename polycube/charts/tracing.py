@@ -5,8 +5,6 @@ halved, so two points of one region can always be connected and lines never bloc
 common end, a new line keeps its position in the cyclic order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 

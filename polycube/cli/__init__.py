@@ -32,7 +32,7 @@ def evaluate_command() -> None:
 
 def make_pairs_command() -> None:
     """`polycube-make-pairs`, `python -m polycube.make_pairs`."""
-    _run("make_pairs", "pairs.make")
+    _run("make_pairs")
 
 
 def view_command() -> None:
@@ -43,7 +43,7 @@ def view_command() -> None:
         main()
 
 
-def _run(name: str, module: str = "") -> None:
+def _run(name: str) -> None:
     """Show the help of a program, or import the program and run it."""
     # Imports and the configuration make many objects and little garbage, and the collector would
     # search them repeatedly. `command.run_hydra` turns it on for the work itself.
@@ -54,7 +54,7 @@ def _run(name: str, module: str = "") -> None:
 
     with ending_with_reader():
         if not help.is_requested():
-            import_module(f"polycube.cli.{module or name}").main()
+            import_module(f"polycube.cli.{name}").main()
             return
         try:
             help.show(name)

@@ -6,8 +6,6 @@ folder; a job with a row of the same settings and file is not run again. At the 
 a table, `summary.csv` and `summary.html`, with successes and failures.
 """
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json
@@ -36,7 +34,7 @@ from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.stored import read_json
 from polycube.io.surfaces import KNOWN
-from polycube.report.page.summary import summary_page
+from polycube.report.page.html import summary_page
 
 ROW, FAILURE = "row.json", "failure.txt"
 TABLE = ("summary.csv", "summary.html")

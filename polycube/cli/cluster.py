@@ -4,8 +4,6 @@ A job whose worker dies is run by another worker; a finished job is not run agai
 exists (`batch.run_job`).
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 from collections.abc import Callable, Mapping, Sequence

@@ -1,19 +1,23 @@
-"""Commands: Hydra composes the configuration, a job runs, and errors become exit codes."""
-
-from __future__ import annotations
+"""Commands: Hydra reads arguments, composes the configuration, and runs a job; errors become exit
+codes.
+"""
 
 import atexit
 import gc
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import wraps
+from os.path import isdir, isfile, lexists  # unlike those of Path, they accept long names
 from pathlib import Path
 
 import hydra
+from hydra._internal.utils import get_args_parser
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
@@ -21,14 +25,16 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube import HOME
-from polycube.cli.arguments import quoted, split
-from polycube.config import add_sources, plain, refusal
+from polycube.config import SHORT, add_sources, plain, quote, refusal
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.types import Json
 
 _locks = ExitStack()  # of the folder of a multirun, until the end of the process
+PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
+
+
 atexit.register(_locks.close)
 
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
@@ -117,3 +123,78 @@ def refused(error: Exception) -> int:
     """Print an error to standard error in one line; returns the exit code 2."""
     sys.stderr.write(f"error: {printable(' '.join(str(error).split()))}\n")
     return 2
+
+
+def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
+    """The flags of Hydra and the `overrides` of a command line, and its unknown flags.
+
+    Parameters
+    ----------
+    arguments : of the command line, without the name of the program
+    """
+    return get_args_parser().parse_known_args(arguments)
+
+
+def with_input(arguments: list[str]) -> list[str]:
+    """Read the only argument that is the name of a part as the value of `mesh=` or `hex=`.
+
+    Parameters
+    ----------
+    arguments : of the command line, without the name of the program
+
+    Returns
+    -------
+    All arguments. A file, a folder, a pattern, `example:NAME` and a name with the suffix of a part
+    get the prefix `mesh=`, a hex mesh gets `hex=`. The arguments are unchanged if there are several
+    such names, or if an input is given already.
+    """
+    from polycube.io.hex_meshes import FORMATS
+    from polycube.io.surfaces import KNOWN
+
+    overrides = split(arguments)[0].overrides
+    bare = [each for each in overrides if _is_part(each, (*KNOWN, *FORMATS))]
+    if len(bare) != 1:
+        return arguments
+    key = "hex=" if bare[0].lower().endswith(FORMATS) else "mesh="
+    if any(each.startswith(key) for each in overrides):
+        return arguments
+    place = arguments.index(bare[0])
+    value = quote(bare[0]) if "${" in bare[0] else bare[0]
+    return [*arguments[:place], key + value, *arguments[place + 1 :]]
+
+
+def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
+    if isfile(argument):
+        return True
+    named = argument.startswith("example:") or argument.lower().endswith(suffixes)
+    return "=" not in argument and (
+        named or isdir(argument) or any(sign in argument for sign in "*?")
+    )
+
+
+def in_full(arguments: list[str]) -> list[str]:
+    """All arguments, with the full names of options for short ones such as `size=3`."""
+    found = []
+    for argument in arguments:
+        name, sign, value = argument.partition("=")
+        found.append(f"{SHORT.get(name, name)}={value}" if sign else argument)
+    return found
+
+
+def quoted(arguments: list[str]) -> list[str]:
+    """The arguments, with quotes around paths that Hydra cannot read literally, as with # or ${."""
+    return [
+        _quoted(argument) if argument.partition("=")[0] in PATHS else argument
+        for argument in arguments
+    ]
+
+
+def _quoted(argument: str) -> str:
+    name, _, path = argument.partition("=")
+    if "${" in path and lexists(path):
+        return f"{name}={quote(path)}"
+    try:
+        OverridesParser.create().parse_overrides([argument])
+    except HydraException:
+        return f"{name}={quote(path)}"
+    return argument

@@ -3,8 +3,6 @@
 Each test that may crash is run in a separate process.
 """
 
-from __future__ import annotations
-
 import platform
 import subprocess
 import sys

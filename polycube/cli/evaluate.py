@@ -3,8 +3,6 @@
 Exit codes: 0, or 2 for an invalid option.
 """
 
-from __future__ import annotations
-
 import csv
 import glob
 import json
@@ -22,9 +20,8 @@ from polycube import __version__, registry
 from polycube.cli.command import OTHER_FOLDER, command
 from polycube.cli.train import HELD_OUT
 from polycube.diffusion.denoiser import Denoiser
-from polycube.diffusion.training.any_evaluation import evaluate_any
+from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
-from polycube.diffusion.training.lattice_evaluation import evaluate_lattices
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
 from polycube.io import manifest

@@ -4,8 +4,6 @@ The sources are those of a run: the YAML files and the plugin classes on the sea
 those of installed plugin packages.
 """
 
-from __future__ import annotations
-
 import inspect
 import json
 import re
@@ -23,7 +21,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import HOME
-from polycube.cli.arguments import split
+from polycube.cli.command import split
 from polycube.config import SHARED, compose, loader, options_of
 from polycube.registry import classes, default, options
 

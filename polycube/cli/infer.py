@@ -3,8 +3,6 @@
 Exit codes: 0 a valid result, 2 an invalid input or option, 3 no valid result, 130 interrupted.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 import time
@@ -18,9 +16,8 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
-from polycube.cli.arguments import in_full, with_input
 from polycube.cli.batch import begin_job, expanded, part_name
-from polycube.cli.command import refused, run_hydra
+from polycube.cli.command import in_full, refused, run_hydra, with_input
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.solids import run as solids
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to

@@ -4,8 +4,6 @@ The number of meshes that the search will make is unknown, so the time left is a
 given as a range. `SHARES` has the measurement behind it; docs/reference/report.md describes it.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import TextIO

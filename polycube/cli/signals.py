@@ -4,8 +4,6 @@ A signal raises an exception in the main thread. Compiled code may convert it to
 which a stage reports as its failure, so the signal is also stored and checked by the deadline.
 """
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterator

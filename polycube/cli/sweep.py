@@ -1,7 +1,5 @@
 """Several trainings, `train.py -m schedule=linear,cosine`, with a table and a figure at the end."""
 
-from __future__ import annotations
-
 import csv
 import json
 import sys
@@ -12,7 +10,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
 from polycube.cli.command import begin_sweep
-from polycube.diffusion.training.history import curves, draw
+from polycube.diffusion.training.pictures import curves, draw
 from polycube.io.manifest import writing
 
 TABLE = ("summary.csv", "loss.png")

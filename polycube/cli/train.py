@@ -3,8 +3,6 @@
 Exit codes: 0, or 2 for an invalid option.
 """
 
-from __future__ import annotations
-
 import logging
 import warnings
 from collections.abc import Callable
@@ -19,10 +17,9 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
-from polycube.diffusion.pairs.shapes import turned_contexts
-from polycube.diffusion.training import history
-from polycube.diffusion.training.checkpoints import AtomicCheckpoints
-from polycube.diffusion.training.learning import Learning, moving_average
+from polycube.diffusion.pairs.templates import turned_contexts
+from polycube.diffusion.training import pictures
+from polycube.diffusion.training.learning import AtomicCheckpoints, Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
 from polycube.diffusion.weights import (
@@ -116,7 +113,7 @@ def _write(
         trainer.logger.log_hyperparams(dict(cfg), final, module.steps_done)
         trainer.logger.experiment.flush()
     with manifest.writing(folder, OTHER_FOLDER) as scratch:
-        history.draw({"sampled": history.curves(folder)}, scratch / "loss.png")
+        pictures.draw({"sampled": pictures.curves(folder)}, scratch / "loss.png")
         save_denoiser(module.denoiser, config, metrics, scratch / "weights")
     path = folder / WEIGHTS[0]
     logger.info("error %.3f; weights in %s", metrics.get("error", float("nan")), path)

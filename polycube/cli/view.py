@@ -1,7 +1,5 @@
 """Show the 3D views of several results on one page, which is opened in the browser."""
 
-from __future__ import annotations
-
 import sys
 import webbrowser
 from argparse import ArgumentParser

@@ -6,8 +6,6 @@ orientation. Contexts of equal shape cannot be distinguished; the canonical one 
 (`shapes.turned_contexts`).
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

@@ -4,8 +4,6 @@ The condition determines the additional input for a part, the labels, and the nu
 value for a part is a context, or a genus.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Denoiser: network and process together, from points of a geometry to points of a polycube."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

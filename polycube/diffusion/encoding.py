@@ -5,8 +5,6 @@ learning frame a geometry is centred and the longest edge of its bounding box is
 centred on its grid with cell edge 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ embedding: Su et al. 2021, here in space), so that attention depends on relative
 result does not depend on the order of the points, and their number is arbitrary.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import pad

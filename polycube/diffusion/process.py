@@ -6,8 +6,6 @@ With the adjustment q, the process ends in a geometry instead of pure noise; s s
 in the paper). A schedule gives alpha_bar; all other coefficients are derived here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ Context and time are embedded by small fully connected layers and enter on the w
 context * features + time.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

@@ -5,8 +5,6 @@ options that are needed to build the network; `weights.json` the measured errors
 pickle.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Example parts, similar to those of the paper, lengths in mm."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

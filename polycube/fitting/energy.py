@@ -11,8 +11,6 @@ summed over the frames and divided by 8 (Garanzha et al. 2021 for the shape term
 infinite if d is below `floor` in any frame, so valid hexes stay valid.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ every step of the search is projected onto the surface, so that no later project
 (With only the tangent planes as constraint, the gain was lost at the creases of a coarse surface.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -6,8 +6,6 @@ of 1, the vertices of bad hexes are moved back until no hex is bad, and then for
 no hex becomes bad. With shares of 0 the mesh is unchanged, so the result is always sound.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ flat. A region is a part of a patch between creases. A region whose borders are 
 layer; the sheet then leaves through it and forms an O-grid on a flat cap or on an annulus.
 """
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

@@ -7,8 +7,6 @@ recovered. Every round projects the boundary onto the surface, less far if a hex
 the best mesh is returned.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from copy import copy

@@ -5,8 +5,6 @@ holds the data that do not change while they move. The matches of the last searc
 guesses of the next; they change the time, not the result.
 """
 
-from __future__ import annotations
-
 from functools import cached_property, partial
 
 import numpy as np
@@ -16,14 +14,7 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from polycube.fitting import energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.springs import Springs, together
-from polycube.hexmesh.connectivity import (
-    EDGES,
-    FACES,
-    PLACES,
-    edge_valence,
-    neighbours,
-    quad_edges,
-)
+from polycube.hexmesh.connectivity import EDGES, FACES, PLACES, edge_valence, neighbours, quad_edges
 from polycube.hexmesh.quality import triangles
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.lbfgs import descend

@@ -6,8 +6,6 @@ distribute the deformation, and hard rounds of `polish` improve the worst hex. A
 regions whose hexes would suffer are moved less far, so quality has priority over distance.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,13 +14,12 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
-from polycube.fitting.merit import exceeded_limits, least_jacobian, merit
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.snapping import exceeded_limits, least_jacobian, merit
 from polycube.fitting.springs import pull
-from polycube.hexmesh.connectivity import edges
+from polycube.hexmesh.connectivity import edges, split
 from polycube.hexmesh.inspection import Inspection, inspect
-from polycube.hexmesh.octree import split
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh

@@ -8,9 +8,9 @@ Rounds of descent of
 where r is the vector from a boundary vertex to its closest point with a compatible normal. The
 weight w grows, the slack and the weight alpha of the normals decrease; the springs are released
 around bad hexes.
-"""
 
-from __future__ import annotations
+A cascade registers coarse meshes, the coarsest first, to improve a rough map.
+"""
 
 import logging
 from dataclasses import dataclass, replace
@@ -21,14 +21,16 @@ from polycube.fitting.creases.constraints import along_curves, match, no_feature
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import pull
+from polycube.hexmesh.generation.template import counts, map_through, mesh
 from polycube.hexmesh.quality import volume
 from polycube.surface import measures as surfaces
 from polycube.surface.fit_target import Target
-from polycube.types import HexMesh
+from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
 
 Range = tuple[float, float]  # value in the first and in the last round, geometric in between
+RATIO = 1.4  # ratio of the sizes of a mesh and the next coarser one
 
 
 @dataclass(frozen=True)
@@ -118,3 +120,38 @@ def _between(ends: Range, step: float) -> float:
 
 def _per_cent(gaps: np.ndarray) -> float:
     return 100 * float(np.percentile(np.linalg.norm(gaps, axis=1), 98))
+
+
+def cascade(
+    polycube: Polycube,
+    rough_map: RoughMap,
+    target: Target,
+    size: float,
+    coarse: float,
+    features: bool = False,
+) -> RoughMap:
+    """Register the rough map at decreasing sizes, from `coarse` to the last one coarser than
+    `size`.
+
+    size, coarse : lengths in model units; if `size` is close to `coarse`, the map is returned
+        unchanged
+    features : whether mesh edges follow the curves of the surface
+    """
+    placed = rough_map
+    for level in range(round(np.log(coarse / size) / np.log(RATIO))):
+        parts = counts(polycube, rough_map, coarse / RATIO**level)
+        placed = registered_map(polycube, placed, target, parts, features)
+    return placed
+
+
+def registered_map(
+    polycube: Polycube,
+    rough_map: RoughMap,
+    target: Target,
+    parts: PerAxis,
+    features: bool = False,
+) -> RoughMap:
+    """Rough map after a registration of hexes with the given parts per interval."""
+    start = mesh(polycube, rough_map, parts)
+    coarse = register_mesh(start, target, rounds=15, iterations=15, samples=1500, features=features)
+    return map_through(polycube, rough_map, parts, coarse.vertices)

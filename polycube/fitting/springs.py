@@ -1,7 +1,5 @@
 """Quadratic springs at points of a hex mesh, with their energy and its gradient."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

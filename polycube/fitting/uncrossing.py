@@ -5,8 +5,6 @@ neighbours on the boundary. The vertices leave the surface in this way. If they 
 that hexes are inverted, the hexes nearby are untangled.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 

@@ -7,18 +7,15 @@ curves, each CAD face becomes a set of whole quads with exactly its border; othe
 the shortest one that agrees with the samples.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.cad_sets import CadSets, cad_sets
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import ends_and_holes
-from polycube.hexmesh.named_sets import boundary_sets, cad_faces, patch_sets
+from polycube.hexmesh.named_sets import CadSets, boundary_sets, cad_faces, cad_sets, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import target
 from polycube.surface.measures import twins, unit

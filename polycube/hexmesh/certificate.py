@@ -6,8 +6,6 @@ non-positive bound is halved in each direction (de Casteljau) until a value or t
 (Johnen, Weill, Remacle: Robust and efficient validation of the linear hexahedral element, 2017.)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product

@@ -9,8 +9,6 @@ coplanar triangles, the normals of edges in their plane). Rounding errors cannot
 separating plane. Triangles that touch, or overlap in one plane, count as crossing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

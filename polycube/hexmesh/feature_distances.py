@@ -4,8 +4,6 @@ Curves are compared with the edges of the boundary quads, points with their corn
 the quads. These are the three measures of the HexMe benchmark (Beaufort et al. 2022).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Number of hexes through a wall and of edges around a hole, from the quads of a face."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.connectivity import neighbours, quad_sides

@@ -6,8 +6,6 @@ a beam of 320 mm is 1 % of the diagonal. The largest distances are therefore als
 wall thickness of the solid and with the edge length of the hexes at the same place.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -15,14 +13,14 @@ import numpy as np
 
 from polycube.hexmesh import quality
 from polycube.hexmesh.cad_faces import quad_regions
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.feature_distances import Feature, feature_distances
+from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.quality import Deviation, Samples
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface import measures
+from polycube.surface.feature_size import thickness
 from polycube.surface.fit_target import target
-from polycube.surface.thickness import thickness
 from polycube.types import HexMesh, TriMesh
 
 SAMPLES = 8000  # points on the surface, in addition to its vertices

@@ -5,8 +5,6 @@ along xi, eta and zeta. (Knupp 2003; Stimpson et al., The Verdict geometric qual
 VTK 9.7 omits the zeta edges in its edge ratio; here all twelve edges are used, as in its manual.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.connectivity import CORNERS, EDGES

@@ -3,8 +3,6 @@
 The frames are the edges at the eight corners, and the mean edges in the three directions.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -1,7 +1,5 @@
 """Settings common to the stages of a meshing bundle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

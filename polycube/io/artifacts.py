@@ -6,8 +6,6 @@ row to row, so these compress to at most half the size. Other numbers are stored
 bytes together, then all second bytes etc., because signs and exponents compress; no bit is lost.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

@@ -8,8 +8,6 @@ Numbers have 17 digits, so reading returns the written values exactly. Elements 
 batches of `CHUNK`, so the memory does not grow with the file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import chain, pairwise
 from pathlib import Path

@@ -12,8 +12,6 @@ Elements are extracted in batches. The memory for all elements is two numbers fo
 functions, and the distinct vectors, which are few.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

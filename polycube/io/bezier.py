@@ -1,7 +1,5 @@
 """Splines as Bezier cells of VTK, and the fields of solutions as values at points."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -5,8 +5,6 @@ the GPL. The process reads a request as JSON from standard input and writes arra
 given there.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 meshio refuses many types of elements of Abaqus, and does not end without ENDDATA in Nastran files.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path

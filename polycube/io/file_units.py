@@ -1,7 +1,5 @@
 """Length units that files declare."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Coordinates are not changed. Changes are reported: vertices merged or removed, h
 Remaining defects raise an error; they are not patched.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 from collections import Counter

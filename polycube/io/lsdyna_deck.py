@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from polycube.analysis.material import material
+from polycube.analysis.problem import material
 from polycube.io.atomic import atomic_write
 from polycube.types import Json
 from polycube.units import METRES, resolved

@@ -7,8 +7,6 @@ program is killed, every file that it wrote is in the manifest, and the next run
 folder.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

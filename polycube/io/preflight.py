@@ -1,7 +1,5 @@
 """Check a surface before meshing: kinds, numbers and places of defects, and possible remedies."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +13,8 @@ from polycube.io.vtk import write_named_vtp
 from polycube.surface.clouds.options import Points
 from polycube.surface.measures import diagonal, genus, place, volume
 from polycube.surface.repair import clean
-from polycube.surface.repair.defects import Defect, find_defects
 from polycube.surface.repair.repair import finite
+from polycube.surface.repair.steps import Defect, find_defects
 from polycube.types import TriMesh
 from polycube.units import described
 

@@ -4,8 +4,6 @@ trimesh also reads damaged files: of 500 damaged binary (ASCII) files it returne
 345 (139) that are rejected here. Its reader of binary (ASCII) files takes 6 (1.05) times as long.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -4,8 +4,6 @@ The surface of a point cloud is reconstructed. Coordinates are not changed: no s
 translation or rotation.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from dataclasses import replace

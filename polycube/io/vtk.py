@@ -8,8 +8,6 @@ Bezier cells, which only VTK reads, have binary data appended to the XML and are
 Arrays are compressed in sequence while they are written, so the memory does not grow with them.
 """
 
-from __future__ import annotations
-
 import base64
 import shutil
 import zlib

@@ -9,8 +9,6 @@ With the same factor, LOBPCG of scipy takes 0.34 s instead of 0.27 s for 20 mode
 does not converge, it only warns.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from functools import partial

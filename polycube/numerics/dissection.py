@@ -5,8 +5,6 @@ smallest: the unknowns of one half that are adjacent to the other. Both halves a
 and eliminated before the separator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

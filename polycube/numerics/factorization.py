@@ -10,8 +10,6 @@ precision, MKL PARDISO takes 2.1 s (18.9 s), CHOLMOD 1.8 s (19.0 s) and SuperLU 
 increases by 0.43 GB here, by 1.37 GB with PARDISO and by 2.12 GB with CHOLMOD.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

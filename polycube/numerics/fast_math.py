@@ -1,7 +1,5 @@
 """exp(x) and x^(-1/3) without branches and calls, so that loops over them are vectorised."""
 
-from __future__ import annotations
-
 import numpy as np
 from llvmlite import ir
 from numba import njit, types

@@ -1,7 +1,5 @@
 """Displacements that are given at some vertices of a mesh and harmonic at the others."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import cg

@@ -1,7 +1,5 @@
 """Limited-memory BFGS with a backtracking line search that supports infinite values."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Estimate the memory of the largest stage, the analysis, before it begins."""
 
-from __future__ import annotations
-
 import logging
 import re
 from pathlib import Path

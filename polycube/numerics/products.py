@@ -4,8 +4,6 @@ Each part of the rows has its own sums, which are added in a fixed order, so the
 depend on the number of threads.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -4,8 +4,6 @@ The result never depends on the number of threads: work is divided by its size o
 returned in its order.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor

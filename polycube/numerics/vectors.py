@@ -1,7 +1,5 @@
 """Vectors of three numbers in compiled loops; the functions are inlined."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

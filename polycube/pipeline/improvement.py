@@ -4,8 +4,6 @@ There is no proposal and no subdivision. The surface is the one given in additio
 of the mesh. The result is never worse than the input.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

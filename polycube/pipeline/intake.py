@@ -1,13 +1,11 @@
 """Read the surface of a run, and repair it on request."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.hexmesh.cad_sets import cad_sets, face_set
+from polycube.hexmesh.named_sets import cad_sets, face_set
 from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_repaired
 from polycube.io.vtk import write_named_vtp

@@ -3,8 +3,6 @@
 The results that depend on the place are computed again: named sets, acceptance, spline, analysis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The voxels of the selected primitives."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Propose structures: the candidates of the structure plugins, ranked."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The steps of a run, in order: from the surface of a part to the solution on its spline."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -24,15 +22,14 @@ from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import build
-from polycube.search.chain import Chain, check_options
-from polycube.search.deadline import Deadline, TimeIsUp
+from polycube.search.chain import Chain, Deadline, TimeIsUp, check_options
 from polycube.search.history import History, Task, judged
 from polycube.search.loop import make, moves_of, search
 from polycube.search.structures import choose
 from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, build_stages, meshing_stages
 from polycube.state import RunState
-from polycube.structure.labels import nearest_labels
+from polycube.structure.projection import nearest_labels
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)

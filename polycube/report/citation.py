@@ -1,7 +1,5 @@
 """References to cite for a run: the methods that made its result."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

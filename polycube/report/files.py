@@ -1,7 +1,5 @@
 """The files of a run: meshes, spline, solution, `report.json` and the HTML page."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os
@@ -112,7 +110,8 @@ def write_results(
         _write_json(scratch / "config.json", settings.composed)
     if state.hexes is not None and _is_sound(state.hexes, state.surface):
         with manifest.writing(folder) as scratch:
-            named = replace(state.hexes, primitives=_context(state))
+            context = state.polycube.context if state.polycube else ()
+            named = replace(state.hexes, primitives=context)
             for export in exports:
                 provide(export, spline=state.spline)(named, scratch / "hex")
     with manifest.writing(folder) as scratch:
@@ -136,10 +135,6 @@ def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube
 def _is_sound(hexes: HexMesh, surface: TriMesh) -> bool:
     found = inspect(hexes, surface)
     return found.scaled_jacobian > 0 and not len(found.crossings)
-
-
-def _context(state: RunState) -> tuple[str | None, ...]:
-    return state.polycube.context if state.polycube else ()
 
 
 def _write_state(folder: Path, state: RunState, settings: Settings) -> None:

@@ -1,7 +1,5 @@
 """Moves that repeat the leading mesh with other options of the subdivision."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

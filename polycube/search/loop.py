@@ -1,7 +1,5 @@
 """The loop of a search: make the moves of a policy, until there is none or the time is over."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Iterator
@@ -10,8 +8,7 @@ from functools import partial
 from polycube.errors import MeshingError, PolycubeError
 from polycube.kinds import Expected, Policy
 from polycube.numerics.lbfgs import counted
-from polycube.search.chain import NOT_FITTED
-from polycube.search.deadline import TimeIsUp
+from polycube.search.chain import NOT_FITTED, TimeIsUp
 from polycube.search.history import History, Move, Tried
 from polycube.search.moves import possible
 

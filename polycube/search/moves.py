@@ -4,8 +4,6 @@ The class method `possible` of a move gives those that can be made now, and the 
 collects them. A move is equal to another one if it would do the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

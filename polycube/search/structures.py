@@ -1,7 +1,5 @@
 """Start states of the ranked structures."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.state import RunState
-from polycube.structure.parametrization import pull_back
+from polycube.structure.projection import pull_back
 from polycube.structure.recognition import read_structure
 from polycube.types import Candidate, Polycube
 

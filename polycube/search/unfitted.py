@@ -5,8 +5,6 @@ The hexes of a lattice are valid before they are fitted. They are fitted stage b
 deviation. Such a mesh is not a valid result.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from functools import partial

@@ -5,8 +5,6 @@ coefficients are bounds from below, those at the corners are values, and their m
 the element.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product

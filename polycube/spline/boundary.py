@@ -1,15 +1,38 @@
-"""The boundary of a spline solid: bicubic Bezier faces seen from outside, as sparse matrices."""
+"""The boundary of a spline solid: bicubic Bezier faces seen from outside, as sparse matrices.
 
-from __future__ import annotations
+Distances from the surface are measured in both directions.
+"""
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube.hexmesh.quality import Distances
 from polycube.spline.bernstein import bernstein, derivative
-from polycube.spline.element_faces import FACES
-from polycube.surface.measures import unit
+from polycube.spline.bezier import min_detj
+from polycube.surface import closest
+from polycube.surface.fit_target import target
+from polycube.surface.measures import unit, volume
+from polycube.types import Spline, TriMesh
+
+_GRID = np.arange(64).reshape(4, 4, 4)  # [k, j, i]
+# (6, 16) nodes of -xi +xi -eta +eta -zeta +zeta, seen from outside, first parameter fastest
+FACES = np.stack(
+    [
+        _GRID[:, :, 0].T.ravel(),
+        _GRID[:, :, 3].ravel(),
+        _GRID[:, 0, :].ravel(),
+        _GRID[:, 3, :].T.ravel(),
+        _GRID[0].T.ravel(),
+        _GRID[3].ravel(),
+    ]
+)
+_CORNERS = [0, 3, 12, 15]
+PIECES = 4  # divisions of a boundary face in each direction
+SAMPLES = 8000  # points on the surface, in addition to its vertices
 
 
 class Elements(Protocol):
@@ -86,3 +109,43 @@ def grid(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """u and v (n^2,) of a square grid, u fastest."""
     u, v = np.meshgrid(line, line)
     return u.ravel(), v.ravel()
+
+
+def unshared_faces(nodes: np.ndarray) -> np.ndarray:
+    """(Q, 2) element and local face of faces that no other element shares; nodes (E, 64)."""
+    corners = np.sort(nodes[:, FACES[:, _CORNERS]].reshape(-1, 4), axis=1)
+    _, inverse, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
+    return np.stack(np.divmod(np.flatnonzero(count[inverse.ravel()] == 1), 6), axis=1)
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distances as fractions of the diagonal of the surface."""
+
+    to_surface: Distances  # from points of the boundary of the spline
+    to_spline: Distances  # from points of the surface
+    worst: tuple[float, float, float]  # point with the largest distance, on either
+    volume: float  # volume of the spline divided by that of the surface, minus 1
+
+
+@lru_cache(maxsize=4)
+def deviation(spline: Spline, surface: TriMesh) -> Deviation:
+    """Deviation at 25 points of each boundary face, and at samples and vertices of the surface.
+
+    Distances of the latter are measured to chords of the spline, whose error is a 16th of the
+    sagitta of a face. The result is cached for the plugin and the report.
+    """
+    goal = target(surface)
+    points, _, _ = sampling(spline, *grid(np.arange(PIECES + 1) / PIECES))
+    own = goal.to_unit(points @ (spline.extraction @ spline.control))
+    there = closest.distance(goal.tree, own)
+    faces = triangles(own, PIECES)
+    others = np.concatenate([goal.samples(SAMPLES)[0], goal.surface.vertices])
+    here = closest.distance(closest.tree(faces), others)
+    both, places = np.concatenate([there, here]), np.concatenate([own, others])
+    return Deviation(
+        Distances.of(there),
+        Distances.of(here),
+        tuple(goal.to_model(places[both.argmax()]).tolist()),
+        min_detj(spline).volume / volume(surface) - 1,
+    )

@@ -1,7 +1,5 @@
 """det J of tricubic elements on a grid: values, minima, and squared shortfall."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -5,8 +5,6 @@ uses the reverse order. Each number of an element has a row with a lane for each
 elements, so that the compiled loops are vectorised.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

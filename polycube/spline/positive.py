@@ -3,8 +3,6 @@
 Scaled det J is det J divided by the volume of its element.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

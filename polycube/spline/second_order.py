@@ -5,8 +5,6 @@ faces and its centre from the serendipity functions. det J has degree 5 in each 
 its Bernstein coefficients are bounded as for trilinear hexes (`polycube.hexmesh.certificate`).
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@
    raised.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ section 3.1). `collapse` removes the knots between equal slabs, so that equal st
 arrays, independent of their contexts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

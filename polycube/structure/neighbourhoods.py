@@ -4,8 +4,6 @@ The contribution of a vertex is looked up for the 256 states of its neighbourhoo
 than a walk over the faces of the boundary.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from scipy.ndimage import label

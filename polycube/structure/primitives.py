@@ -1,7 +1,5 @@
 """Primitives in a configuration: a name, or a name with options."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Recognition of the polycube from noisy points on its boundary."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, product
 

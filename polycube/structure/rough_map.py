@@ -6,8 +6,6 @@ that reproduces the points. The weights of outliers are reduced (iteratively rew
 squares).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import solve
 from scipy.sparse import csr_matrix

@@ -4,8 +4,6 @@ A crease is given by points (N, 3), the arc length at each point, and whether it
 point of a loop is its first point.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

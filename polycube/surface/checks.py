@@ -1,7 +1,5 @@
 """Checks that a surface is the boundary of one solid; messages give the defect and its place."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.errors import InputError
@@ -16,7 +14,7 @@ from polycube.surface.measures import (
     place,
     volume,
 )
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 FLAT = 1e-9  # volume / (area * diagonal), below which a surface is taken to enclose no volume

@@ -1,7 +1,5 @@
 """Split edges of a triangle mesh, for shorter edges or along planes; the mesh stays conforming."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface.measures import edges

@@ -3,8 +3,6 @@
 All lengths are at unit scale (bounding box centred, diagonal 1), so weights have no units.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,8 +13,7 @@ from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
-from polycube.surface.measures import diagonal, face_areas, face_normals, unit
-from polycube.surface.samples import spread
+from polycube.surface.measures import diagonal, face_areas, face_normals, spread, unit
 from polycube.types import TriMesh
 
 STEADY = 0.025  # half a hex: radius over which the normals of noisy faces are averaged

@@ -8,8 +8,6 @@ The descent is started from several frames, because no single start is sufficien
 distinct results are returned.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from functools import lru_cache

@@ -4,8 +4,6 @@ A box tree finds the faces whose boxes overlap; each edge of one is then tested 
 Faces with a common edge, and faces that only touch, do not count.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -6,8 +6,6 @@ traverse it in opposite directions), manifold at its vertices (the faces around 
 fan) and connected.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -172,3 +170,17 @@ def place(surface: TriMesh, point: np.ndarray) -> str:
     """Format coordinates (3,) for a message; rounding errors are shown as zero."""
     tidy = np.where(abs(point) < 1e-9 * diagonal(surface), 0, point)
     return "({:.5g}, {:.5g}, {:.5g})".format(*tidy)
+
+
+def spread(surface: TriMesh, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) distributed evenly by area, and their faces (N,).
+
+    Faces are chosen in steps of equal area; positions within a face come from a fixed generator.
+    """
+    area = np.cumsum(face_areas(surface))
+    step = (np.arange(number) + 0.381966) / number * area[-1]
+    face = np.minimum(np.searchsorted(area, step), len(area) - 1)
+    root, share = np.random.default_rng(0).random((2, number, 1))
+    root = np.sqrt(root)
+    a, b, c = np.moveaxis(surface.vertices[surface.faces[face]], 1, 0)
+    return (1 - root) * a + root * (1 - share) * b + root * share * c, face

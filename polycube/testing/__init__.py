@@ -8,18 +8,15 @@
 A violated requirement raises AssertionError with the kind and the value found.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
 from polycube.kinds import KINDS
 from polycube.registry import build
-from polycube.testing.claim import claim
 from polycube.testing.learning import LEARNING
 from polycube.testing.search import SEARCH
-from polycube.testing.solids import GRID, PRIMITIVES
+from polycube.testing.solids import GRID, PRIMITIVES, claim
 from polycube.testing.stages import STAGES
 
 CHECKS = {**LEARNING, **SEARCH, **STAGES}

@@ -1,7 +1,5 @@
 """Requirements for primitive, schedule, model, sampler and data plugins."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -9,8 +7,7 @@ import numpy as np
 from scipy.ndimage import label
 
 from polycube.structure.lattice import is_manifold, lattice
-from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import PRIMITIVES
+from polycube.testing.solids import PRIMITIVES, claim, claim_array
 
 CONTEXT = 13  # length for a 1x1 grid with two primitives
 OUTPUTS = 5

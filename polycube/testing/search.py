@@ -1,7 +1,5 @@
 """Requirements for estimate and policy plugins, on a search for a mesh of a block."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -13,8 +11,7 @@ from polycube.search.loop import make
 from polycube.search.moves import FitPartly, MeshStructure, Propose, possible
 from polycube.stages import Stage
 from polycube.state import RunState
-from polycube.testing.claim import claim
-from polycube.testing.solids import PLACE, SIDES, solid
+from polycube.testing.solids import PLACE, SIDES, claim, solid
 from polycube.types import HexMesh, Ranked, Tier, TriMesh, Verdict
 
 SIZES = (40.0, 20.0, 15.0, 12.0)  # edge lengths of the hexes in the variants

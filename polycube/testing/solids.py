@@ -4,8 +4,6 @@ They are far from the origin. The side lengths of the block are 100, 60 and 40; 
 unit cell, and the map to the part is affine.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,3 +72,21 @@ def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:
     offset = (hexes.vertices - middle) / SIDES
     bent = offset * (1 + by) + by * np.roll(offset, 1, axis=1) ** 2
     return replace(hexes, vertices=middle + bent * SIDES)
+
+
+def claim(holds: bool | np.bool_, requirement: str, found: object = None) -> None:
+    """Raise AssertionError with the requirement and the value found if it does not hold."""
+    if not holds:
+        raise AssertionError(requirement if found is None else f"{requirement}; got {found}")
+
+
+def claim_array(value: object, dims: tuple[int | None, ...], what: str) -> None:
+    """Require a finite numpy array with the sizes `dims`; None allows any size."""
+    if not isinstance(value, np.ndarray):
+        raise AssertionError(f"{what} is a numpy array; got {type(value).__name__}")
+    fits = value.ndim == len(dims) and all(
+        d in (None, n) for d, n in zip(dims, value.shape, strict=True)
+    )
+    wanted = ", ".join("any" if d is None else str(d) for d in dims)
+    claim(fits, f"{what} has shape ({wanted})", value.shape)
+    claim(bool(np.isfinite(value).all()), f"{what} is finite")

@@ -1,22 +1,13 @@
 """Requirements for spline, analysis and export plugins."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import SIDES, solid
-from polycube.types import (
-    Deformation,
-    HexMesh,
-    Modes,
-    Solution,
-    Spline,
-)
+from polycube.testing.solids import SIDES, claim, claim_array, solid
+from polycube.types import Deformation, HexMesh, Modes, Solution, Spline
 
 
 def check_spline(plugin: Callable) -> None:

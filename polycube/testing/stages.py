@@ -1,7 +1,5 @@
 """Requirements for the stages of a run, from structure to acceptance, on a block of known size."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -18,17 +16,9 @@ from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures as surfaces
-from polycube.testing.claim import claim, claim_array
-from polycube.testing.solids import PLACE, SIDES, Solid, ring, solid, swollen
+from polycube.testing.solids import PLACE, SIDES, Solid, claim, claim_array, ring, solid, swollen
 from polycube.testing.solutions import check_analysis, check_export, check_spline
-from polycube.types import (
-    Candidate,
-    HexMesh,
-    Labels,
-    Parametrization,
-    RoughMap,
-    Verdict,
-)
+from polycube.types import Candidate, HexMesh, Labels, Parametrization, RoughMap, Verdict
 
 NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 

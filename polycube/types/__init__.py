@@ -9,14 +9,7 @@ from polycube.types.checks import check_values, freeze
 from polycube.types.goal import Goal
 from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Tier, Verdict
 from polycube.types.plain import Json
-from polycube.types.polycube import (
-    AXES,
-    Labels,
-    Parametrization,
-    PerAxis,
-    Polycube,
-    RoughMap,
-)
+from polycube.types.polycube import AXES, Labels, Parametrization, PerAxis, Polycube, RoughMap
 from polycube.types.solution import Deformation, Modes, Peak, Potential, Solution
 from polycube.types.spline import ElementFunctions, Spline
 from polycube.types.surface import Frame, TriMesh

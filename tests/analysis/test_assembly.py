@@ -6,7 +6,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.errors import MeshingError
 from polycube.numerics import threads
-from polycube.numerics.element_sums import zero_matrices
+from polycube.numerics.element_matrices import zero_matrices
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import creases, single_hex_edges, union

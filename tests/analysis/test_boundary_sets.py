@@ -9,8 +9,8 @@ from polycube.analysis.boundary_sets import (
     faces_of,
     place_name,
     sets_of_sides,
+    trace,
 )
-from polycube.analysis.trace import trace
 from polycube.errors import InputError
 from polycube.hexmesh.named_sets import ENDS
 from polycube.io.hex_meshes import boundary

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from polycube.analysis.boundary_sets import faces_of
+from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain, free_rigid_motions
-from polycube.analysis.trace import trace
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 from tests.fixtures.splines import box, cube, spline_of, unclamped
 

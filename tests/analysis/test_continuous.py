@@ -7,11 +7,11 @@ import pytest
 from scipy.sparse import eye, kron
 from scipy.sparse.linalg import spsolve
 
+from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import Material
+from polycube.analysis.problem import Material
 from polycube.analysis.recovery import EVEN, samples
 from polycube.analysis.static import Load, deform
-from polycube.analysis.trace import trace
 from polycube.types import Spline
 from tests.fixtures.hexmeshes import hex_cylinder
 from tests.fixtures.splines import box, spline_of

@@ -8,11 +8,11 @@ import pytest
 from polycube.analysis import preconditioner
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import MATERIALS
 from polycube.analysis.modal import free_modes
 from polycube.analysis.poisson import conduct
+from polycube.analysis.preconditioner import LEAST, VertexModel
+from polycube.analysis.problem import MATERIALS
 from polycube.analysis.static import Load, deform
-from polycube.analysis.vertex_model import LEAST, VertexModel
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.splines import cube, spline_of
 

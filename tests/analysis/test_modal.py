@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.analysis.material import MATERIALS, Material
 from polycube.analysis.modal import free_modes, lowest
+from polycube.analysis.problem import MATERIALS, Material
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.spaces.extraction import volumetric_spline

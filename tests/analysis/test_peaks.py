@@ -8,10 +8,9 @@ from scipy.sparse import eye
 
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import Material
-from polycube.analysis.peaks import boundary_name, poor_elements
+from polycube.analysis.peaks import boundary_name, poor_elements, singular_places
+from polycube.analysis.problem import Material
 from polycube.analysis.recovery import EVEN, TO_BEZIER
-from polycube.analysis.singular import singular_places
 from polycube.analysis.static import Load, deform
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build

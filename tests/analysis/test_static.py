@@ -5,7 +5,7 @@ import pytest
 
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import MATERIALS, Material
+from polycube.analysis.problem import MATERIALS, Material
 from polycube.analysis.recovery import samples
 from polycube.analysis.static import Load, deform, von_mises
 from polycube.errors import InputError

@@ -7,8 +7,8 @@ from scipy.optimize import brentq
 
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import MATERIALS, Material
 from polycube.analysis.modal import free_modes
+from polycube.analysis.problem import MATERIALS, Material
 from polycube.hexmesh.named_sets import ENDS
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 from tests.fixtures.splines import box, cube, spline_of

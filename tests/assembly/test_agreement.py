@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polycube.assembly.agreement import agreements
-from polycube.assembly.combined import combined
+from polycube.assembly.combined import agreements, combined
 from polycube.assembly.contacts import Contact
 from polycube.hexmesh.connectivity import PLACES, check_conforming, hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

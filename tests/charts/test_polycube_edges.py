@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from polycube.charts.polycube_edges import network
+from polycube.charts.segmentation import network
 from polycube.structure.lattice import boundary, collapse, corners, edges, lattice
 from tests.fixtures.polycubes import PRIMITIVES, TWO
 

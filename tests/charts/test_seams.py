@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import label
 
-from polycube.charts.seams import seams
+from polycube.charts.charts import seams
 
 
 def quads_of(cells: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from polycube.charts.charts import flatten
+from polycube.charts.harmonic import chart_map, lattice_weights
 from polycube.charts.segmentation import segment
-from polycube.charts.volumetric import chart_map, lattice_weights
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.quality import deviation

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from polycube import HOME
-from polycube.cli.arguments import in_full, with_input
+from polycube.cli.command import in_full, with_input
 
 LAST = "meshing.size=3"
 

@@ -9,8 +9,7 @@ import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import HOME
-from polycube.cli.arguments import quoted, split
-from polycube.cli.command import run_hydra
+from polycube.cli.command import quoted, run_hydra, split
 from polycube.errors import InputError
 
 WRONG = [

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.cli.pairs import coarse
-from polycube.cli.pairs.make import TABLE, main, make_pairs
+from polycube.cli.make_pairs import TABLE, main, make_pairs, mesh_coarsely
 from polycube.cli.train import train
 from polycube.config import compose
 from polycube.diffusion.pairs.part_files import read_part
@@ -94,11 +93,13 @@ def test_a_file_of_the_users_is_not_overwritten(tmp_path: Path) -> None:
 
 
 def test_a_part_of_many_slabs_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(coarse, "MOST_SLABS", 1)
-    monkeypatch.setattr(coarse, "COARSE", ("structure=slices", "grid=2x1", "order=[meshing]"))
+    monkeypatch.setattr("polycube.cli.make_pairs.MOST_SLABS", 1)
+    monkeypatch.setattr(
+        "polycube.cli.make_pairs.COARSE", ("structure=slices", "grid=2x1", "order=[meshing]")
+    )
     part = write_part(tmp_path / "frame.stl", "frame")
     with pytest.raises(InputError, match="have more than 1 slabs along an axis"):
-        coarse.mesh_coarsely(str(part), compose("make_pairs"))
+        mesh_coarsely(str(part), compose("make_pairs"))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from polycube.cli.signals import terminable
 from polycube.errors import MeshingError
 from polycube.io.hex_meshes import read_hexes
 from polycube.pipeline.run import Run
-from polycube.search.deadline import Deadline
+from polycube.search.chain import Deadline
 from polycube.stages import Clock
 from tests.fixtures.runs import FAST, config, run, tree
 

@@ -3,8 +3,7 @@
 import pytest
 import torch
 
-from polycube.diffusion.neighbourhood import Neighbourhood, nearest
-from polycube.diffusion.point_network import PointNetwork
+from polycube.diffusion.point_network import Neighbourhood, PointNetwork, nearest
 
 
 def cloud(n: int = 60) -> tuple[torch.Tensor, torch.Tensor]:

@@ -12,7 +12,7 @@ from safetensors.torch import save_file
 from polycube.cli.train import train
 from polycube.config import compose
 from polycube.diffusion.pairs.part_files import read_part
-from polycube.diffusion.training.checkpoints import AtomicCheckpoints
+from polycube.diffusion.training.learning import AtomicCheckpoints
 from polycube.diffusion.weights import config_of, load_denoiser
 from polycube.errors import InputError
 from polycube.pipeline.resume.results import load_stage

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from polycube.fitting.cascade import cascade, registered_map
+from polycube.fitting.registration import cascade, registered_map
 from polycube.hexmesh.generation.template import counts, grid_lines, mesh
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.merit import exceeded_limits, merit, merit_of
+from polycube.fitting.snapping import exceeded_limits, merit, merit_of
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.inspection import inspect
 from tests.fixtures.hexmeshes import unit_cubes

@@ -106,7 +106,7 @@ def test_invalid_input_is_refused():
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_a_layer_is_sound_and_changes_no_topology(seed):
-    from polycube.plugins.structure.overlay.topology import manifold
+    from polycube.plugins.structure.overlay.planes import manifold
 
     full = manifold(np.random.default_rng(seed).random((4, 5, 3)), 0.5)
     missing = [tuple(each) for each in np.argwhere(~full).tolist()]

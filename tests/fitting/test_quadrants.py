@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.quadrants import quadrant
+from polycube.fitting.flat_corners import quadrant
 from polycube.hexmesh.connectivity import (
     check_conforming,
     extraordinary_edges,

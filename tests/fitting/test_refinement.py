@@ -9,9 +9,9 @@ import trimesh
 from polycube.fitting import refinement
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh.connectivity import split
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
-from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.structure.rough_map import affine_map

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.merit import exceeded_limits
+from polycube.fitting.snapping import exceeded_limits
 from polycube.hexmesh import quality
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh import connectivity as hexes
+from polycube.hexmesh.connectivity import split
 from polycube.hexmesh.generation import template
-from polycube.hexmesh.octree import split
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.structure.rough_map import identity_map

@@ -10,7 +10,7 @@ from polycube.io import manifest
 from polycube.io.cad import Cad
 from polycube.io.preflight import preflight
 from polycube.surface.measures import diagonal, place
-from polycube.surface.repair.defects import find_defects
+from polycube.surface.repair.steps import find_defects
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined, torus
 

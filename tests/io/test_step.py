@@ -8,7 +8,7 @@ import pytest
 
 from polycube.errors import InputError
 from polycube.hexmesh.cad_faces import with_sets
-from polycube.hexmesh.cad_sets import cad_sets
+from polycube.hexmesh.named_sets import cad_sets
 from polycube.io.cad import Cad
 from polycube.io.file_units import file_unit
 from polycube.io.step.text import decoded, exchange

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.spline.element_faces import unshared_faces
+from polycube.spline.boundary import unshared_faces
 from polycube.types import Spline
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
-from polycube.analysis.material import Material
 from polycube.analysis.modal import free_modes
+from polycube.analysis.problem import Material
 from tests.fixtures.hexmeshes import hex_cylinder
 from tests.fixtures.splines import box, cube, spline_of
 from tests.oracles.codes import by_nutils, by_scikit_fem, quadratic

@@ -3,7 +3,7 @@
 import pytest
 
 from polycube.errors import InputError
-from polycube.pipeline.files import LARGE, Files
+from polycube.pipeline.settings import LARGE, Files
 
 
 @pytest.mark.parametrize(

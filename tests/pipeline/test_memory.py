@@ -10,7 +10,7 @@ import pytest
 from polycube.numerics import memory
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.run import Run
-from polycube.search.deadline import Deadline
+from polycube.search.chain import Deadline
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.registration import ShortQuality
+from polycube.hexmesh.generation import blocks
 from polycube.hexmesh.generation.template import counts, mesh
 from polycube.plugins.ranking.registration import Registration, short_score
 from polycube.structure.lattice import collapse, lattice
@@ -60,6 +61,18 @@ def test_overlays_come_last_and_are_not_registered():
     lattice_hexes = ranked[1].hexes
     assert len(lattice_hexes.hexes) == fine.polycube.occupancy.sum()
     assert np.ptp(lattice_hexes.vertices, axis=0) == pytest.approx(np.diag(SCALE) * [2, 1, 1])
+
+
+def test_the_only_structure_is_not_registered_if_it_has_blocks():
+    surface = part(("cube", "cube"), SCALE)
+    shape = candidate(("cube", "cube"))
+    hexes = mesh(shape.polycube, shape.rough_map, counts(shape.polycube, shape.rough_map, 2.0))
+    exact = replace(blocks.candidate(hexes, surface, "cube", "sweep"), tier=Tier.EXACT)
+    [only] = rank(surface, [exact])
+    assert only.hexes is hexes and only.score == np.inf
+    np.testing.assert_allclose(np.ptp(only.positions, axis=0), 1)
+    both = rank(surface, [exact, shape], rounds=1)
+    assert len(both) == 2 and all(np.isfinite(entry.score) for entry in both)
 
 
 def test_a_structure_with_too_many_boxes_is_not_ranked(caplog):

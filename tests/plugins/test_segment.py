@@ -3,8 +3,8 @@ import pytest
 
 from polycube.charts.mapped_surface import Sheet, sides, split
 from polycube.registry import build
-from polycube.structure.labels import majority
 from polycube.structure.lattice import boundary, collapse, lattice
+from polycube.structure.projection import majority
 from polycube.surface.measures import components, face_normals
 from polycube.testing import check_plugin
 from polycube.types import Parametrization, TriMesh

@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from polycube.plugins.structure.labels.arcs import arcs
-from polycube.plugins.structure.labels.charts import charts
+from polycube.plugins.structure.labels.charts import charts, field, stiffness
 from polycube.plugins.structure.labels.energy import energy, problem
-from polycube.plugins.structure.labels.fields import field, stiffness
-from polycube.plugins.structure.labels.inverse import CONTROLS, controls
-from polycube.plugins.structure.labels.order import pairs, spaced
-from polycube.plugins.structure.labels.pieces import pieces
-from polycube.plugins.structure.labels.rays import first_hit, strips
+from polycube.plugins.structure.labels.lattices import CONTROLS, controls
+from polycube.plugins.structure.labels.order import first_hit, pairs, spaced, strips
+from polycube.plugins.structure.labels.pieces import arcs, pieces
 from polycube.registry import build
 from polycube.structure.lattice import OUTWARD, boundary, corners, genus, is_manifold
 from polycube.structure.rough_map import evaluate

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 from polycube.hexmesh.generation.template import mesh
 from polycube.hexmesh.inspection import inspect
 from polycube.io.hex_meshes import boundary
-from polycube.plugins.structure.overlay.planes import planes
-from polycube.plugins.structure.overlay.topology import manifold
+from polycube.plugins.structure.overlay.planes import manifold, planes
 from polycube.registry import build
 from polycube.structure.lattice import genus, is_manifold
 from polycube.structure.neighbourhoods import TABLE, codes

@@ -13,9 +13,10 @@ from polycube.plugins.structure.slices.alignment import (
     align,
     cut,
     emissions,
+    slab_patterns,
+    slabs_of_context,
 )
-from polycube.plugins.structure.slices.patterns import slab_patterns, slabs_of_context
-from polycube.plugins.structure.slices.placement import misfit, place
+from polycube.plugins.structure.slices.candidates import misfit, place
 from polycube.plugins.structure.slices.sections import measure
 from polycube.structure.lattice import genus
 from polycube.surface.voxels import Voxels

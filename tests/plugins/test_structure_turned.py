@@ -20,7 +20,7 @@ from polycube.plugins.structure.background.core import disc
 from polycube.plugins.structure.background.profile import profile
 from polycube.registry import build
 from polycube.surface import measures
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import Candidate, TriMesh
 from tests.fixtures.machined import bored
 from tests.fixtures.polycubes import PRIMITIVES

@@ -9,8 +9,7 @@ import pytest
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers import quality
 from polycube.report.page import html
-from polycube.report.page.html import write_report
-from polycube.report.page.summary import summary_page
+from polycube.report.page.html import summary_page, write_report
 from polycube.report.page.views import viewer
 from polycube.report.page.views.comparison import comparison_page
 from tests.fixtures import browser

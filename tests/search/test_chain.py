@@ -14,12 +14,12 @@ from polycube.hexmesh.crossings import crossings
 from polycube.search.chain import (
     NOT_FITTED,
     Chain,
+    Deadline,
     check_options,
     merged,
     variants_of,
     with_options,
 )
-from polycube.search.deadline import Deadline
 from polycube.stages import Stage
 from polycube.state import RunState
 from polycube.types import HexMesh, Labels, RoughMap, TriMesh

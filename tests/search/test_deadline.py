@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.numerics.lbfgs import descend
-from polycube.search.deadline import LEAST_RESERVE, RESERVE, Deadline, TimeIsUp
+from polycube.search.chain import LEAST_RESERVE, RESERVE, Deadline, TimeIsUp
 
 
 def endless() -> None:

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from polycube.errors import MeshingError
 from polycube.kinds import Expected
 from polycube.numerics.lbfgs import descend
-from polycube.search.chain import NOT_FITTED, Chain
-from polycube.search.deadline import Deadline
+from polycube.search.chain import NOT_FITTED, Chain, Deadline
 from polycube.search.history import NO_MESH
 from polycube.search.loop import SECOND, search
 from polycube.search.moves import Cure, MeshStructure, Propose

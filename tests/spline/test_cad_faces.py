@@ -10,8 +10,7 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.named_sets import cad_faces, quads_of_spline
 from polycube.io.hex_meshes import boundary, patches
 from polycube.registry import build
-from polycube.spline.boundary import corner_nodes
-from polycube.spline.deviation import deviation
+from polycube.spline.boundary import corner_nodes, deviation
 from polycube.surface.measures import face_normals
 from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.hierarchies import sharpened

@@ -2,7 +2,7 @@ import numpy as np
 
 from polycube.hexmesh.generation.template import counts, mesh
 from polycube.structure.lattice import collapse, lattice
-from polycube.structure.parametrization import pull_back
+from polycube.structure.projection import pull_back
 from polycube.structure.rough_map import affine_map, identity_map
 from polycube.surface.measures import triangle_vectors, unit
 from tests.fixtures.polycubes import PRIMITIVES, part

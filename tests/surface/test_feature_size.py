@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from polycube.surface.feature_size import detail_size, small_details
+from polycube.surface.feature_size import detail_size, small_details, thickness, widths
 from polycube.surface.fit_target import target
-from polycube.surface.thickness import thickness, widths
 from tests.fixtures.machined import bored, prism
 from tests.fixtures.surfaces import box, torus
 

@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.surface.inside import inside
+from polycube.surface.voxels import inside
 from tests.fixtures.surfaces import box, joined
 
 

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from polycube.surface.samples import spread
-from polycube.surface.thickness import thickness
+from polycube.surface.feature_size import thickness
+from polycube.surface.measures import spread
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box, joined
 

@@ -5,7 +5,7 @@ import pytest
 
 from polycube.examples.parts import example
 from polycube.surface.measures import diagonal
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 from tests.fixtures.surfaces import box
 

@@ -19,9 +19,8 @@ from pathlib import Path
 from docs.generators.benchmark.numbers import ROW, results
 from docs.generators.benchmark.page import benchmark_page
 from polycube.cli import infer
-from polycube.cli.arguments import quote
 from polycube.cli.batch import check_names
-from polycube.cli.command import refused
+from polycube.cli.command import quote, refused
 from polycube.cli.signals import INTERRUPTED
 from polycube.errors import InputError
 from polycube.io import manifest

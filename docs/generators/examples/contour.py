@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 
 from docs.generators.examples.implicit import Field
 from polycube.surface.checks import check_surface
-from polycube.surface.tangent_planes import towards_planes
+from polycube.surface.repair.remesh import towards_planes
 from polycube.types import TriMesh
 
 SMOOTHING = 12  # smoothing iterations

@@ -5,8 +5,6 @@
 The cut is the global minimum; its topology is corrected by `topology`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow

@@ -1,7 +1,5 @@
 """Bricks between knots: solid share of each, and the energy of filling them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ their majority slice. Small holes change few pixels and would get no knots, so t
 enclosed holes are fixed, and the other knots are chosen in addition.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

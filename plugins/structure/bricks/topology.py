@@ -4,8 +4,6 @@ Runs of bricks are flipped, the cheapest per defect first, until the solid is co
 voids, manifold and of the given genus; then as long as this lowers the energy of `cut`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -1,7 +1,5 @@
 """Descent to labels of lower energy: groups of pieces change their label, best change first."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

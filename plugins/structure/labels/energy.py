@@ -5,8 +5,6 @@ and four to the right around a hole. Any other sum, two adjacent opposite labels
 reverses its direction are faults.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +13,7 @@ from numba import njit
 from polycube.structure.lattice import OUTWARD
 from polycube.surface.measures import face_areas, face_normals
 
-from .arcs import Arcs
-from .pieces import Pieces
+from .pieces import Arcs, Pieces
 
 FAULT = 0.03  # cost of a fault
 OPPOSITE = 0.1  # cost of a label whose direction is opposite to a piece

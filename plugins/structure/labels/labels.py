@@ -119,8 +119,8 @@ class LabelLattice(Structure):
 
     def _labellings(self, pieces: Pieces) -> list[Labelling]:
         """Different labels of the pieces, the cheapest of each compactness first."""
-        from .arcs import arcs
         from .energy import problem
+        from .pieces import arcs
         from .search import labellings
 
         borders = arcs(pieces)

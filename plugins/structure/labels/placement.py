@@ -1,18 +1,14 @@
 """Positions of a labelled surface on a lattice of bricks: fields, their order, knots."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 
 import numpy as np
 
-from .charts import Charts, charts
-from .fields import Field, field, stiffness
-from .lattice import Bricks, positions
+from .charts import Charts, Field, charts, field, stiffness
+from .lattice import Bricks, positions, quantized
 from .order import Pair, pairs, spaced
 from .pieces import Pieces
-from .quantization import quantized
 
 logger = logging.getLogger(__name__)
 

@@ -1,7 +1,5 @@
 """Search for labels of minimum energy by descent from several starts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ differences between the normals of the surface and those of the polycube faces t
 are mapped.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

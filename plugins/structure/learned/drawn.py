@@ -101,7 +101,7 @@ class Drawn(Structure):
 
     def in_view(self, denoiser: Denoiser, view: View, brick: str) -> list[Candidate]:
         """Candidates for a part in a frame, the most frequent first."""
-        from polycube.diffusion.pairs.shapes import shape_key
+        from polycube.diffusion.pairs.templates import shape_key
 
         from .knots import on_bricks
 

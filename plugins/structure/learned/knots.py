@@ -13,19 +13,17 @@ such that the gradients of the coordinates are as close as possible to those of 
 with one value for each chart.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from polycube.structure.lattice import collapse
 from polycube.surface.measures import connected, face_areas, twins
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import Polycube, TriMesh
 
 from ..bricks.topology import defect
-from ..labels.fields import field, stiffness
+from ..labels.charts import field, stiffness
 from ..labels.lattices import OnBricks
 from .draws import Draw
 

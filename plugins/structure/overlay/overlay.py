@@ -1,7 +1,5 @@
 """A lattice with cells of the size of the hexes, laid over the part."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -152,8 +150,7 @@ class Overlay(Structure):
         from polycube.structure.lattice import genus, of_bricks
         from polycube.surface import measures
 
-        from .planes import planes
-        from .topology import manifold
+        from .planes import manifold, planes
 
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
@@ -204,7 +201,7 @@ def _first(lattices: Iterator[tuple[Defects, Candidate]]) -> tuple[Defects, Cand
 
 def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """(X, Y, Z) solid share of each cell between lattice planes, by samples."""
-    from polycube.surface.inside import inside
+    from polycube.surface.voxels import inside
 
     solid = inside(surface.vertices[surface.faces], *map(_samples, (x, y, z)))
     nx, ny, nz = (len(planes) - 1 for planes in (x, y, z))

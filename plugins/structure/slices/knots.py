@@ -6,8 +6,6 @@ of the slices into the slabs of the polycube, by dynamic programming. The axes a
 until nothing changes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .alignment import cut

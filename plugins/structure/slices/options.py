@@ -1,7 +1,5 @@
 """Options of the plugins that align slices of the part with patterns."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Slices are perpendicular to the first axis; within a slice, rows are parallel to
 in voxels, boxes are (y low, y high, z low, z high) in voxels, with exclusive upper ends.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The context of the cheapest alignment is proposed; alignments with a similar cos
 and a short registration decides between them.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 
@@ -43,8 +41,8 @@ class SliceMatching(SliceOptions, Structure):
         from polycube.structure.lattice import genus as genus_of
         from polycube.surface.measures import genus
 
+        from .alignment import slab_patterns
         from .candidates import alignments, as_candidate, views
-        from .patterns import slab_patterns
 
         if tuple(self.grid[1:]) != (1, 1):
             logger.info("slices: grid %s is not a row of cells; nothing is proposed", self.grid)

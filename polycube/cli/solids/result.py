@@ -1,7 +1,5 @@
 """The combined results of an assembly: one mesh, one `report.json`, one page."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from polycube import __version__
-from polycube.assembly.agreement import Agreement, agreements
-from polycube.assembly.combined import Joint, combined
+from polycube.assembly.combined import Agreement, Joint, agreements, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
 from polycube.hexmesh.cad_faces import with_sets
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.metrics import metrics
+from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
 from polycube.io.access.stored import read_json

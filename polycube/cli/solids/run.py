@@ -4,8 +4,6 @@ Identical solids are meshed once. The jobs of the others start after the first o
 move their meshes.
 """
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence

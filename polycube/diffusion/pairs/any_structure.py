@@ -3,8 +3,6 @@
 Pair i of a stream depends on (seed, i) only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -13,11 +11,9 @@ import numpy as np
 from polycube.diffusion.encoding import learning_frame
 from polycube.diffusion.pairs.cad_shapes import DISCS, CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
-from polycube.diffusion.pairs.lattices import random_lattice
+from polycube.diffusion.pairs.lattices import random_knots, random_lattice
 from polycube.diffusion.pairs.pairs import Points, sampled
-from polycube.diffusion.pairs.smoothing import smoothed
-from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
-from polycube.diffusion.pairs.widths import random_knots
+from polycube.diffusion.pairs.tessellation import Tessellation, smoothed, tessellate
 from polycube.structure.lattice import OUTWARD
 from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube

@@ -1,7 +1,5 @@
 """Pairs as torch images, in an endless order in which a resumed training continues."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import cache
 from typing import NamedTuple

@@ -6,8 +6,6 @@ face by mean-value coordinates (Floater 2003), which do not leave the face. If t
 polycube itself, this is the identity.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Pair i of a stream depends on (seed, i) only, so the pairs do not depend on the 
 and an interrupted training continues with the next pair.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Files of parts with their polycubes: numpy archives without pickled objects."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Finely tessellated polycube surfaces, and the same surfaces rounded by implicit smoothing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
@@ -11,6 +9,7 @@ from scipy.sparse import coo_matrix, csgraph, identity
 from scipy.sparse.linalg import splu
 
 from polycube.structure.lattice import boundary, cell_and_wall, collapse, is_manifold, lattice
+from polycube.surface.frames import rotations, turn
 from polycube.types import Polycube, freeze
 
 Context = tuple[str | None, ...]
@@ -19,6 +18,7 @@ ENUMERATED = 5000  # largest number of contexts that are enumerated; above, some
 STEPS_PER_VOXEL = 4
 # backward Euler steps of the Laplacian
 SMOOTHING = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+IDENTITY = 0  # index of the identity in frames.rotations()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,3 +109,40 @@ def _round(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
         smooth = splu((identity(n) + amount * laplacian).tocsc()).solve(vertices)
         rounded.append((smooth - smooth.min(axis=0)) / np.ptp(smooth, axis=0) * extent + low)
     return np.stack(rounded)
+
+
+def shape_key(polycube: Polycube) -> bytes:
+    """Key of the solid boxes, equal for equal structures with any proportions and position."""
+    return _key(collapse(polycube).occupancy)
+
+
+def _key(boxes: np.ndarray) -> bytes:
+    return bytes(boxes.shape) + np.packbits(boxes).tobytes()
+
+
+def turned_contexts(
+    contexts: Sequence[Context], grid: Sequence[int], primitives: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """The canonical context of the shape of each context, rotated by each of frames.rotations().
+
+    The canonical context of a shape has the most occupied cells; of several, the first is taken.
+
+    Returns
+    -------
+    (C, 24, n_cells) int64 numbers of the primitives, len(primitives) for an empty cell; -1 in all
+    cells if no context has the rotated shape. [:, IDENTITY] are the shapes of the contexts
+    themselves.
+    """
+    index = {name: i for i, name in enumerate((*primitives, None))}
+    cells = np.array([[index[name] for name in context] for context in contexts])
+    boxes = [collapse(lattice(grid, context, primitives)).occupancy for context in contexts]
+    keys = [_key(solid) for solid in boxes]
+    canonical: dict[bytes, int] = {}
+    for number in np.argsort((cells == index[None]).sum(axis=1), kind="stable"):
+        canonical.setdefault(keys[number], number)
+    cells = np.vstack([cells, np.full(cells.shape[1], -1)])  # the last one is no context
+    turned = {
+        key: [canonical.get(_key(turn(boxes[number], r)), -1) for r in rotations()]
+        for key, number in canonical.items()
+    }
+    return cells[np.array([turned[key] for key in keys])]

@@ -1,10 +1,12 @@
-"""The surface of a lattice as small triangles with the numbers of their knot planes."""
+"""The surface of a lattice as small triangles with the numbers of their knot planes.
 
-from __future__ import annotations
+It is rounded by a few smoothing steps, with its bounding box unchanged.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from polycube.structure.lattice import CORNERS
 from polycube.types import PerAxis
@@ -12,6 +14,7 @@ from polycube.types import PerAxis
 TRIANGLES = 8000  # largest number; two pieces are always few enough
 PIECES = (8, 6, 4, 3, 2)  # numbers of pieces of a slab that are tried
 GRADING = 0.5  # 0: equal pieces; towards 1: smaller ones at the knots, for fillets
+SHORT = 1e-3  # of the longest edge of the box: lower bound of the length of an edge
 
 
 class Tessellation(NamedTuple):
@@ -79,3 +82,22 @@ def _corners(axis: np.ndarray, box: np.ndarray, pieces: int) -> np.ndarray:
     scale = np.where(is_normal, pieces, 1)[:, None, None, None]
     origin = pieces * box[:, None, None, None] + piece[axis // 2][:, :, :, None]
     return origin + scale * corner
+
+
+def smoothed(vertices: np.ndarray, quads: np.ndarray, steps: int) -> np.ndarray:
+    """(V, 3) vertices after `steps` moves halfway to the mean of their neighbours.
+
+    Neighbours are the other ends of the edges of the quads (Q, 4), where each edge belongs to two
+    quads, with the inverse length of the edge as weight. Points on a flat face hardly move along
+    it.
+    """
+    low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    n = len(vertices)
+    a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()  # each edge once in each direction
+    lengths = np.linalg.norm(vertices[a] - vertices[b], axis=1)
+    weights = 1 / np.maximum(lengths, SHORT * extent.max())
+    near, total = csr_matrix((weights, (a, b)), shape=(n, n)), np.bincount(a, weights, n)
+    x = vertices
+    for _ in range(steps):
+        x = (x + near @ x / total[:, None]) / 2
+    return (x - x.min(axis=0)) / np.ptp(x, axis=0) * extent + low

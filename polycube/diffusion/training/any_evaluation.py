@@ -3,16 +3,26 @@
 Distances are in units of the learning frame, in which the longest edge of a part is 2.
 """
 
-from __future__ import annotations
-
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import islice
 
 import numpy as np
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
-from polycube.diffusion.pairs.any_structure import LatticePair
+from polycube.diffusion.pairs.any_structure import LatticePair, LatticePairs, Part
+from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.training.evaluation import Columns, one_step
+from polycube.errors import InputError
+from polycube.structure.lattice import genus
+from polycube.surface.measures import diagonal
+from polycube.types import Polycube, TriMesh
+
+SEARCHED = 100  # largest number of parts searched for one with the wanted slabs
+TRIES = (1, 4, 16)  # numbers of draws of which the best is taken
+
+# (surface in the frame, of diagonal 1; genus) -> a collapsed lattice in the frame per draw
+Draw = Callable[[TriMesh, int], Sequence[Polycube | None]]
 
 
 def evaluate_any(
@@ -64,3 +74,75 @@ def nearest_axis(normals: np.ndarray) -> np.ndarray:
 
 def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.linalg.norm(a - b, axis=1)
+
+
+def evaluate_lattices(
+    draw: Draw, pairs: LatticePairs, n_parts: int, slabs: tuple[int, int] = (1, MOST_SLABS)
+) -> list[Columns]:
+    """Columns of the first parts of a stream with the wanted number of slabs along each axis.
+
+    slabs : smallest and largest number; raises InputError if such parts are too rare
+
+    lattice_1, _4, _16 : whether one of the first draws has the correct full and empty boxes
+    volume_1, _4, _16 : largest ratio of the common volume of both solids to that of their union
+    genus : share of the draws that are a solid with the genus of the part
+    genus_any : whether any of them is
+    lattice_16_cad etc. : lattice_16 of the parts of a style
+    """
+    searched = map(pairs.part, range(SEARCHED * n_parts))
+    chosen = list(islice((part for part in searched if _has(part, slabs)), n_parts))
+    if len(chosen) < n_parts:
+        raise InputError(
+            f"slabs: only {len(chosen)} of the first {SEARCHED * n_parts} parts have {slabs[0]} to "
+            f"{slabs[1]} along each axis; use a wider range or fewer lattices"
+        )
+    return [columns(draw, part) for part in chosen]
+
+
+def _has(part: Part, slabs: tuple[int, int]) -> bool:
+    shape = part.polycube.occupancy.shape
+    return slabs[0] <= min(shape) and max(shape) <= slabs[1]
+
+
+def columns(draw: Draw, part: Part) -> Columns:
+    """Columns of one part."""
+    surface = TriMesh(part.geometry, part.surface.faces)
+    size = diagonal(surface)
+    drawn = draw(TriMesh(part.geometry / size, surface.faces), part.genus)
+    right = [each is not None and _same(each, part.polycube) for each in drawn]
+    shared = [0.0 if each is None else overlap(each, part.polycube, size) for each in drawn]
+    handles = [each is not None and genus(each) == part.genus for each in drawn]
+    found: Columns = {"genus": np.array([np.mean(handles)]), "genus_any": np.array([any(handles)])}
+    for tries in TRIES:
+        if tries <= len(drawn):
+            found[f"lattice_{tries}"] = np.array([any(right[:tries])])
+            found[f"lattice_{tries}_{part.style}"] = found[f"lattice_{tries}"]
+            found[f"volume_{tries}"] = np.array([max(shared[:tries])])
+    return found
+
+
+def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
+    """Common volume of two solids divided by that of their union; `scale` enlarges the drawn one.
+
+    The solids are not moved; their boxes are divided at the knots of both.
+    """
+    lines = [
+        np.unique(np.concatenate([scale * a, b]))
+        for a, b in zip(drawn.knots, truth.knots, strict=True)
+    ]
+    middles = [(line[1:] + line[:-1]) / 2 for line in lines]
+    volume = np.einsum("i,j,k->ijk", *(np.diff(line) for line in lines))
+    one = _filled(drawn, [middle / scale for middle in middles])
+    other = _filled(truth, middles)
+    return float(volume[one & other].sum() / volume[one | other].sum())
+
+
+def _filled(solid: Polycube, places: list[np.ndarray]) -> np.ndarray:
+    """(X, Y, Z) bool: whether the points of a grid are inside a solid."""
+    padded = np.pad(solid.occupancy, 1)
+    index = [np.searchsorted(k, x) for k, x in zip(solid.knots, places, strict=True)]
+    return padded[np.ix_(*index)]
+
+
+def _same(one: Polycube, other: Polycube) -> bool:
+    return np.array_equal(one.occupancy, other.occupancy)

@@ -5,8 +5,6 @@ point is determined in two ways: the closest face, and the closest face with the
 network taken into account (`structure.projection`). Distances are in cells.
 """
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,8 +16,7 @@ from torch import Tensor
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.pairs import Pair, Pairs
-from polycube.diffusion.pairs.shapes import turned_contexts
-from polycube.diffusion.pairs.templates import Context
+from polycube.diffusion.pairs.templates import Context, turned_contexts
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.structure.lattice import boundary, cell_and_wall, collapse, genus, lattice
 from polycube.structure.projection import TRUST, log_probability, project_onto

@@ -1,13 +1,16 @@
-"""Options of a training: losses, learning rates and averaged weights."""
-
-from __future__ import annotations
+"""Options of a training: losses, learning rates, averaged weights, and its checkpoints."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import torch
+from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import Tensor
+
+from polycube.io.manifest import writing
 
 DECAYS = ("constant", "linear", "cosine", "paper")
 LOSSES = ("distance", "mse")
@@ -70,3 +73,34 @@ def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
         return torch.lerp(current, averaged, share) if current.is_floating_point() else current
 
     return average
+
+
+class AtomicCheckpoints(TorchCheckpointIO):
+    """Checkpoints written atomically.
+
+    Those of Lightning are written to the folder for temporary files and moved to their place. On
+    another file system the move is a copy, and an interruption leaves an incomplete file.
+
+    folder : folder of the training, which lists its files
+    """
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self.folder = folder
+
+    def load_checkpoint(
+        self, path: str | Path, map_location: object = None, weights_only: bool | None = True
+    ) -> dict[str, object]:
+        """Load tensors and plain values only: no code of a file is executed."""
+        return super().load_checkpoint(path, weights_only=True)
+
+    def save_checkpoint(
+        self, checkpoint: dict[str, object], path: str | Path, storage_options: object = None
+    ) -> None:
+        """Write a temporary file, then replace the file of an earlier epoch or training."""
+        inside = Path(path).resolve().relative_to(self.folder.resolve())
+        buffer = BytesIO()  # the writer of torch does not report a full disk
+        torch.save(checkpoint, buffer)
+        with writing(self.folder) as scratch:
+            (scratch / inside).parent.mkdir(parents=True, exist_ok=True)
+            (scratch / inside).write_bytes(buffer.getbuffer())

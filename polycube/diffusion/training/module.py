@@ -1,7 +1,5 @@
 """Training (paper, Algorithm 1) as a LightningModule."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from functools import reduce
@@ -17,7 +15,7 @@ from torch.optim.lr_scheduler import LambdaLR
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.dataset import Batch, rank_and_processes
-from polycube.diffusion.pairs.shapes import IDENTITY
+from polycube.diffusion.pairs.templates import IDENTITY
 from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations

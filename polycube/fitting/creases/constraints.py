@@ -4,19 +4,18 @@
 distance of at least a fifth of the even spacing, so that edges cannot fold; corners are fixed.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from polycube.fitting.creases.faces import quad_faces
 from polycube.fitting.creases.paths import Route, find_routes
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
+from polycube.surface.curves.features import Crease, covered
 from polycube.surface.measures import connected, curved_faces
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
@@ -25,6 +24,8 @@ ALLOWED = 0.0025  # permitted distance from exact features at straight curves, i
 NEAREST = 0.0005  # smallest permitted distance, at curved ones
 STRAIGHT = 1 - 1e-5  # smallest ratio of the chord of a straight crease to its length
 FREE = 1.0  # squared difference of normals (60 degrees) without penalty
+NORMAL = 0.04  # weight of the difference of unit normals, a length in diagonals
+MOST = 0.5  # smallest share of the area of a part on its CAD face
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,3 +216,39 @@ def _curve_feet(x: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarr
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3))
     points, arc, first, is_loop, vertex, start = matching.rails
     return vertex, *sliding.slide(points, arc, first, is_loop, x[vertex], start)
+
+
+def quad_faces(
+    problem: FitProblem, x: np.ndarray, on_curve: np.ndarray, matched: Iterable[Crease]
+) -> np.ndarray:
+    """Find the CAD faces of the boundary quads.
+
+    Parameters
+    ----------
+    problem : the hex mesh and its surface
+    x : (V, 3) positions close to the surface, at unit scale
+    on_curve : (E,) whether each boundary edge is on the path of a curve
+    matched : the curves that have a path
+
+    Returns
+    -------
+    (Q,) number of the CAD face; 0 if it is unknown
+    """
+    features, region = problem.target.followed, problem.target.surface.region
+    if not features.n_faces:
+        return np.zeros(len(problem.quads), np.int64)
+    part = problem.parts(~on_curve)
+    _, normals = problem.normals(x)
+    corners = x[problem.quads]
+    _, triangle = problem.target.closest(corners.mean(axis=1), normals, NORMAL)
+    cross = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    votes = np.zeros((part.max() + 1, region.max() + 1))
+    np.add.at(votes, (part, region[triangle]), np.linalg.norm(cross, axis=1))
+    face = votes.argmax(axis=1)
+    share = votes.max(axis=1) / np.maximum(votes.sum(axis=1), 1e-300)
+    found = {id(crease) for crease in matched}
+    is_open = np.zeros(region.max() + 1, bool)
+    for crease, is_double in zip(features.creases, covered(features), strict=True):
+        if id(crease) not in found and not is_double:
+            is_open[list(crease.faces)] = True
+    return np.where(is_open[face] | (share <= MOST), 0, face)[part]

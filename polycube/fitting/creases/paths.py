@@ -5,8 +5,6 @@ cheapest path between the vertices of its corners, and a loop the cheapest cycle
 to one path only, except at corners. `routing` defines the cost of an edge.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass
 
@@ -27,8 +25,7 @@ from polycube.fitting.creases.routing import (
 )
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
-from polycube.surface.curves.coincident import covered, merged
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import Crease, Features, covered, merged
 
 logger = logging.getLogger(__name__)
 

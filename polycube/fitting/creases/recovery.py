@@ -5,19 +5,19 @@ the surface and are pulled towards their crease while the worst hexes are improv
 scaled Jacobian of the worst hex, or the value up to which the score counts it in full.
 """
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching
+from polycube.fitting.creases.paths import find_routes
 from polycube.fitting.local_polish import ON_GOAL, raise_worst
-from polycube.fitting.merit import CREASES, FULL, merit_of
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import State, cover_of, goals_of, snap
+from polycube.fitting.snapping import CREASES, FULL, State, cover_of, goals_of, merit_of, snap
 from polycube.fitting.springs import together
 from polycube.hexmesh.quality import off_creases
+from polycube.surface.fit_target import Target
+from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -29,6 +29,7 @@ BETA = 60.0  # sharpness of the soft minimum
 PATIENCE = 4  # rounds without gain after which the recovery ends
 GAIN = 0.0005  # smallest gain, in units of the score
 SOFT = 0.0005  # of the diagonal: distance that 5 % of the creases may exceed if features are soft
+ON = 0.02  # of the local edge length: distance of the vertices of such a path from its curve
 
 
 def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
@@ -101,3 +102,19 @@ def _merit(problem: FitProblem, state: State, off: float, limit: float) -> float
     outer = state.x[problem.outer]
     stray = np.linalg.norm(problem.target.closest(outer)[0] - outer, axis=1).max()
     return merit_of(state.jacobian, float(stray), off, limit)
+
+
+def existing_paths(mesh: HexMesh, target: Target) -> dict[str, np.ndarray]:
+    """Vertices on each curve whose path is on edges of the mesh, by its number in `followed`.
+
+    Later searches for paths reuse them if they are the `paths` of the mesh.
+    """
+    problem, x = FitProblem(mesh, target, samples=1), target.to_unit(mesh.vertices)
+    size, creases = problem.size(x), target.followed.creases
+    number = {id(crease): str(k) for k, crease in enumerate(creases)}
+    found = find_routes(target.followed, problem, x, ON)[0] if creases else []
+    return {
+        number[id(route.crease)]: route.vertices
+        for route in found
+        if (route.crease.nearest(x[route.vertices])[1] < ON * size[route.vertices]).all()
+    }

@@ -4,8 +4,6 @@ The cost of an edge depends on its distance from the crease, on the angle to it,
 that the hexes around it would have.
 """
 
-from __future__ import annotations
-
 from heapq import heappop, heappush
 from typing import NamedTuple
 

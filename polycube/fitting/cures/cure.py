@@ -6,8 +6,6 @@ for their cost are tried first. Several neighbourhoods without a common hex are 
 time. A hex whose Jacobian is not positive everywhere counts as flat.
 """
 
-from __future__ import annotations
-
 import logging
 from collections import Counter
 from collections.abc import Iterator
@@ -20,12 +18,17 @@ from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import fit_in_envelope
-from polycube.fitting.cures.faces import Faces
-from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs
-from polycube.fitting.cures.insertion import inserted, placed
+from polycube.fitting.cures.fitted import Faces, Fitted, cost, fitted, hex_costs
+from polycube.fitting.cures.insertion import (
+    ABSOLUTE_GAIN,
+    SUFFICIENT,
+    Place,
+    Trial,
+    inserted,
+    placed,
+)
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
 from polycube.fitting.cures.refit import refit
-from polycube.fitting.cures.trial import ABSOLUTE_GAIN, SUFFICIENT, Place, Trial
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.numerics.lbfgs import count_more, counted
 from polycube.numerics.threads import side_by_side

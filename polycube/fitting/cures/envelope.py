@@ -6,8 +6,6 @@ envelope of Hu et al. 2020 (Fast tetrahedral meshing in the wild); vertices on c
 their permitted distance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

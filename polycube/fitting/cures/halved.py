@@ -5,8 +5,6 @@ The corners of the eight halves of a trilinear hex are at the 27 nodes of det J,
 in each parameter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 

@@ -4,8 +4,6 @@ The samples of a feature and the required share of close samples are those of
 `polycube.hexmesh.feature_distances`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Extract the neighbourhood of some hexes of a fitted mesh, optionally with a sheet."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Fit a neighbourhood with a sheet; its surroundings are fixed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,7 +10,7 @@ import numpy as np
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.plane import cross, to_lines
 from polycube.surface.measures import connected
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 PROBES = 5  # number of sample points of each cell

@@ -3,8 +3,6 @@
 Opposite edges of a quad have the same number of parts, so the hexes share whole faces.
 """
 
-from __future__ import annotations
-
 from hashlib import sha256
 
 import numpy as np

@@ -4,8 +4,6 @@ The midpoint of an edge of length h is h^2 / 8 R away from a curve of radius R. 
 measured on a registered coarse mesh and gives the required number of parts of each interval.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.generation.sizing import Counts, number_of_hexes

@@ -7,8 +7,6 @@ sheets in this way; the closed sheets end inside the fine region, so that its ou
 transition). The same is repeated for the blocks inside, down to the cells.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Hex mesh of a lattice with hexes as small as its cells, and larger ones away from details."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from dataclasses import replace

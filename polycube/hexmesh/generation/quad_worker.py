@@ -5,8 +5,6 @@ reads a request as JSON from standard input (see `quads.quads`) and writes array
 the folder given there.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

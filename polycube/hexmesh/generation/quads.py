@@ -1,7 +1,5 @@
 """Quads of planar regions with given borders, by Gmsh in a separate process."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

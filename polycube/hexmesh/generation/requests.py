@@ -5,8 +5,6 @@ An entry of `meshing.at` names a set of the surface and gives the number of edge
 the hexes on it (`size`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Check requested numbers of hexes against a surface and a mesh."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 

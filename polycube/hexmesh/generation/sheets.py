@@ -4,8 +4,6 @@ Mitchell and Tautges 1995, "Pillowing doublets: refining a mesh to ensure that f
 one edge". The sheet lies between the set and all other hexes and ends at the boundary.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

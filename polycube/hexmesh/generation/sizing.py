@@ -5,8 +5,6 @@ directions. The mesh stays conforming and keeps its quality, but it is refined a
 part.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real

@@ -4,8 +4,6 @@ Every interval of the lattice is divided into equal parts across its whole slab,
 whole faces. The number of parts follows from the length of the interval in the model.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, PLACES, exposed, hex_mesh

@@ -1,7 +1,5 @@
 """Hex sizes at points of a surface, from requests at its faces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,8 +10,7 @@ from polycube.hexmesh.generation.requests import Request
 from polycube.hexmesh.generation.requests_met import check_requests, wall_of
 from polycube.hexmesh.hex_counts import curve_length, rims
 from polycube.surface.fit_target import target
-from polycube.surface.measures import diagonal, face_normals
-from polycube.surface.samples import spread
+from polycube.surface.measures import diagonal, face_normals, spread
 from polycube.types import TriMesh
 
 SAMPLES = 5_000  # number of points on a face

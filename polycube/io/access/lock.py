@@ -1,7 +1,5 @@
 """One run at a time in a folder of results."""
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Iterator

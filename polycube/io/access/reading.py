@@ -1,7 +1,5 @@
 """Read a file of the user: only regular files are opened, and errors begin with its name."""
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Iterator

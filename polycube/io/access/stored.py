@@ -1,7 +1,5 @@
 """Read JSON files that the program wrote, which may have been edited since."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

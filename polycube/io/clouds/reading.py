@@ -4,8 +4,6 @@ open3d reads all of these formats, but it returns the readable part of a damaged
 error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -4,8 +4,6 @@ meshio may take minutes for a damaged file, and open3d is native code that may c
 messages. The request is read as JSON from the standard input; arrays are written to its .npz file.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Run the reader of another library in a separate process with limits of time and memory."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Triangles of the polygons of a mesh file, the same for all formats."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

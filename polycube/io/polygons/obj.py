@@ -4,8 +4,6 @@ trimesh is 3.5 times as fast (0.17 s instead of 0.60 s for 176,000 faces), but o
 it returned triangles for 35 that are rejected here, and its errors do not give the line.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

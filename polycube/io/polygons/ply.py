@@ -3,8 +3,6 @@
 trimesh divides concave polygons at a wrong corner, and refuses comments before the format.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """List the solids of a CAD file, in its units."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

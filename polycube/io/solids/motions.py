@@ -6,8 +6,6 @@ solid and two similar landmarks of the second determine a motion, which must be 
 landmarks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

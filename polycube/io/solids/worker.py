@@ -3,8 +3,6 @@
 Reads a request as JSON from standard input and writes JSON to the given file, as `cad_worker`.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import dataclass

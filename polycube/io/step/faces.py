@@ -5,8 +5,6 @@ their kind of surface, then by their order. A solid that an assembly places else
 by the kinds and sizes of its faces.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence

@@ -4,8 +4,6 @@ Triangles of gmsh have equal sides, so a fillet with a radius much smaller than 
 take tens of thousands for the requested number round a full turn, and a field of holes a million.
 """
 
-from __future__ import annotations
-
 from types import ModuleType
 
 import numpy as np

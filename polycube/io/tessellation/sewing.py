@@ -1,7 +1,5 @@
 """Sew the loose faces of a CAD file to a solid, in the worker process of gmsh."""
 
-from __future__ import annotations
-
 from collections import Counter
 from types import ModuleType
 

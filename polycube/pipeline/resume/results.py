@@ -1,7 +1,5 @@
 """Store and load the results of each stage, so that a run can be resumed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path

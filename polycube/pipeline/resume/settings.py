@@ -1,7 +1,5 @@
 """The settings of a resumed run: stages that do not run again have those of the earlier run."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache

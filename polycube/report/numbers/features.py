@@ -1,11 +1,9 @@
 """Points, curves and faces of a CAD model that the hex mesh keeps or loses."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.inspection import inspect
+from polycube.hexmesh.named_sets import face_set
 from polycube.surface.curves.acute import acute
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh

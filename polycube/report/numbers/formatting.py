@@ -1,7 +1,5 @@
 """Numbers and coordinates as text, and sentences about a solution."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,14 +1,11 @@
 """Numbers of hexes through walls and around holes, compared with the requested ones."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from polycube.hexmesh.cad_sets import cad_sets
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
-from polycube.hexmesh.named_sets import kind_of
+from polycube.hexmesh.named_sets import cad_sets, kind_of
 from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.types import HexMesh, Json, TriMesh
 

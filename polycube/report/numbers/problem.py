@@ -1,14 +1,20 @@
 """Descriptions of the material, supports and loads of an analysis, with the size of each place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from polycube.analysis.boundary_sets import quads_of
-from polycube.analysis.material import MATERIALS, Material
-from polycube.analysis.problem import Applied, Conduction, Prescribed, Problem, Statics, Vibration
+from polycube.analysis.problem import (
+    MATERIALS,
+    Applied,
+    Conduction,
+    Material,
+    Prescribed,
+    Problem,
+    Statics,
+    Vibration,
+)
 from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
 from polycube.kinds import StatesProblem
@@ -92,7 +98,7 @@ def _held(support: Prescribed, unit: str) -> str:
     return ", ".join(phrases)
 
 
-def _pairs(support: Prescribed) -> zip[tuple[int, float]]:
+def _pairs(support: Prescribed) -> Iterator[tuple[int, float]]:
     return zip(support.components, support.values, strict=True)
 
 

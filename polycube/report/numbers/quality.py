@@ -1,7 +1,5 @@
 """Numbers of a hex mesh for a report: measures, certificate, deviation, the worst hexes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 

@@ -4,8 +4,6 @@ Its keys are an interface for other programs; distances are fractions of the dia
 bounding box of the input.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Mapping
@@ -17,7 +15,7 @@ import numpy as np
 from polycube import __version__
 from polycube.report.numbers import hex_counts, problem, quality, solutions
 from polycube.spline.bezier import min_detj
-from polycube.spline.deviation import deviation
+from polycube.spline.boundary import deviation
 from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project

@@ -1,12 +1,9 @@
 """Numbers of the named parts of the boundary: size, place and direction of each set."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from polycube.hexmesh.cad_sets import face_set
 from polycube.hexmesh.face_groups import measure
-from polycube.hexmesh.named_sets import kind_of
+from polycube.hexmesh.named_sets import face_set, kind_of
 from polycube.surface.measures import face_areas
 from polycube.types import HexMesh, TriMesh
 

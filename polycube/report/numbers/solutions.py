@@ -1,7 +1,5 @@
 """Solutions in report.json: modes, static deformation, potential."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.analysis.recovery import samples

@@ -1,7 +1,5 @@
 """The verdict on a run, its reasons and main numbers, from the numbers of report.json."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polycube.report.numbers import features, solutions

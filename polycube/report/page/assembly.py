@@ -1,12 +1,9 @@
 """The page of an assembly: a row per solid with a link to its report, and the contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from polycube.report.page.header import header
-from polycube.report.page.html import page
+from polycube.report.page.html import header, page
 from polycube.report.page.templates import Link, Row, render, show
 from polycube.report.page.views.viewer import viewer
 from polycube.types import HexMesh, Json

@@ -1,7 +1,5 @@
 """Charts of the page: histograms and bars."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The section of a CAD model: points, curves and faces that the hex mesh loses."""
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 

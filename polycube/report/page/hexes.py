@@ -1,6 +1,4 @@
-"""The section of the hex mesh: measures, certificate, worst hexes, distances, primitives."""
-
-from __future__ import annotations
+"""The section of the hex mesh: measures, certificate, worst hexes, distances, counts."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -24,6 +22,8 @@ FARTHEST = {
     "place of the input farthest from the mesh": "surface_to_mesh_max_at",
 }
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
+N_SHOWN = 10  # rows, the worst first
+KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -200,3 +200,34 @@ def _point(where: Sequence[float] | None) -> str | None:
 
 def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
+
+
+def hex_counts(report: Json) -> Markup:
+    """Entries of `meshing.at`, unmet ones first, then walls and holes with few hexes."""
+    found = report.get("hex", {}).get("counts")
+    if not found:
+        return NOTHING
+    requests, fewer = found["at"], found["fewer"]
+    rows = [
+        {
+            "at": row["at"],
+            "what": KINDS[row["kind"]],
+            "wanted": row["wanted"],
+            "reached": row["reached"],
+            "result": "met" if row.get("met") else "not met",
+        }
+        for row in (*sorted(requests, key=lambda row: row["met"]), *fewer)
+    ]
+    kinds = [row["kind"] for row in fewer]
+    sentences = [
+        f"{kinds.count('through')} of {found['walls']} faces have fewer hexes through the wall "
+        "under them (median over the face) than meshing.across_wall.",
+        f"{kinds.count('around')} of {found['holes']} holes have fewer edges on their rim than "
+        "meshing.around_hole.",
+    ]
+    if requests:
+        met = sum(row["met"] for row in requests)
+        sentences.insert(0, f"{met} of {len(requests)} entries of meshing.at are met.")
+    if len(rows) > N_SHOWN:
+        sentences.append(f"The worst {N_SHOWN} are listed; report.json has all.")
+    return render("hex_counts.html", sentences=sentences, rows=rows[:N_SHOWN])

@@ -1,10 +1,8 @@
-"""The HTML report: one page that needs no network and no other file."""
-
-from __future__ import annotations
+"""The HTML pages of a run and of a batch, which need no network and no other file."""
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from markupsafe import Markup
@@ -13,12 +11,11 @@ from polycube import __version__
 from polycube.io import manifest
 from polycube.report.citation import bibtex
 from polycube.report.numbers.problem import problem_of
+from polycube.report.numbers.verdict import about, tiles, verdict, why
 from polycube.report.page import sections
 from polycube.report.page.features import features
-from polycube.report.page.header import header
-from polycube.report.page.hex_counts import hex_counts
-from polycube.report.page.hexes import hexes
-from polycube.report.page.repairs import reconstruction, repairs
+from polycube.report.page.hexes import hex_counts, hexes
+from polycube.report.page.sections import reconstruction, repairs
 from polycube.report.page.sets import sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
@@ -154,3 +151,33 @@ def _files(made: Iterable[str]) -> Markup:
 def _place(name: str) -> tuple[int, str]:
     known = list(FILES)
     return (known.index(name) if name in known else len(known), name)
+
+
+def header(report: Json, picture: bytes | None = None) -> Markup:
+    """The summary of a run.
+
+    Parameters
+    ----------
+    report : the numbers of `report.json`
+    picture : the hex mesh, which is shown on paper in place of the 3D view
+    """
+    return render(
+        "header.html",
+        about=about(report),
+        verdict=verdict(report),
+        why=why(report),
+        tiles=tiles(report),
+        problem=report.get("problem"),
+        picture=picture,
+    )
+
+
+def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], folder: Path) -> str:
+    """HTML of the table; "folder" of a row is the folder of its report, below `folder`."""
+    shown = [name for name in columns if name != "folder"]
+    table = [{name: row.get(name) for name in shown} for row in rows]
+    for row, cells in zip(rows, table, strict=True):
+        report = f"{row['folder']}/report.html"
+        if (folder / report).is_file():
+            cells["part"] = Link(str(row["part"]), report)
+    return page(f"{len(rows)} parts", element("elements.html", "table", table))

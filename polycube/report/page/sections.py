@@ -1,11 +1,9 @@
-"""The sections of the page: 3D view, input, structure, denoising, spline, time.
+"""The sections of the page: 3D view, input and its changes, structure, denoising, spline, time.
 
-The top of the page, the hex mesh and the solution have separate modules: `header`, `hexes` and
-`solutions`. Each section takes the state, the numbers of `report.json` and the pictures, which may
-all be incomplete, and returns "" if it is empty.
+The hex mesh and the solution have separate modules: `hexes` and `solutions`. Each section takes the
+state, the numbers of `report.json` and the pictures, which may all be incomplete, and returns "" if
+it is empty.
 """
-
-from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
@@ -14,7 +12,7 @@ from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element, show
 from polycube.report.page.views.viewer import viewer
-from polycube.report.pictures import proposals
+from polycube.report.pictures import scenes
 from polycube.report.pictures.colours import AXIS_COLOURS
 from polycube.state import RunState
 from polycube.structure.lattice import NAMED
@@ -102,9 +100,9 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
 
 
 def _proposals_caption(state: RunState) -> str:
-    """The caption of the sheet of proposals."""
+    """The caption of the sheet of scenes."""
     names = []
-    for number, entry in enumerate(proposals.distinct(state.ranked), 1):
+    for number, entry in enumerate(scenes.distinct(state.ranked), 1):
         candidate, share = entry.candidate, entry.candidate.probability
         names.append(f"{number} {candidate.proposal}{'' if share is None else f' ({share:.0%})'}")
     return (
@@ -175,3 +173,48 @@ def search(report: Json) -> Markup:
         return NOTHING
     gains = [number for number, row in enumerate(moves) if row["gain"] > 0 and row["hexes"]]
     return element(TEMPLATE, "search", rows, gains[-1] if gains else None, charts.bars(spent or {}))
+
+
+def repairs(report: Json) -> Markup:
+    """The changes in order, and the displacement of the surface; empty if there are none."""
+    numbers = report.get("repair")
+    if not numbers:
+        return NOTHING
+    before, after = numbers["volume_before"], numbers["volume_after"]
+    rows = {
+        "level": numbers["level"],
+        f"largest deviation, {length_unit(report)}": numbers["deviation"],
+        "of the diagonal, %": numbers["deviation_percent"],
+        "of new faces from the input": numbers["added"],
+        "of the input from new faces": numbers["lost"],
+        "volume before": before,
+        "volume after": after,
+        "volume change, %": 100 * (after / before - 1) if before else None,
+        "cells of the rebuilt surface": numbers["cell"],
+    }
+    return element("repairs.html", "repair", numbers["changes"], rows)
+
+
+def reconstruction(report: Json) -> Markup:
+    """How the surface was made of a point cloud; empty where the input was a surface."""
+    numbers = report.get("points")
+    if not numbers:
+        return NOTHING
+    normals = numbers["neighbours"]
+    rows = {
+        "points": numbers["given"],
+        "not finite or duplicates": numbers["dropped"],
+        "outliers removed": numbers["outliers"],
+        f"spacing, {length_unit(report)}": numbers["spacing"],
+        "normals": "those of the file" if normals is None else f"from {normals} neighbours",
+        "normals that agree with the surface, %": 100 * numbers["normals_agree"],
+        "cells of the reconstruction": numbers["cell"],
+        "mean distance of the points from the surface": numbers["deviation_mean"],
+        "of 95 % of the points at most": numbers["deviation_p95"],
+        "largest": numbers["deviation_max"],
+        "largest, % of the diagonal": numbers["deviation_max_percent"],
+        "of the surface from the points, largest": numbers["farthest"],
+        "area without points, %": 100 * numbers["made_up"],
+        "points added there": numbers["added"],
+    }
+    return element("repairs.html", "points", rows)

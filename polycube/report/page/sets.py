@@ -1,14 +1,12 @@
 """The section of the named sets: a picture, and a table that is its legend."""
 
-from __future__ import annotations
-
 import numpy as np
 from markupsafe import Markup
 
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, Pictures, Row, Swatch, point, render
-from polycube.report.pictures.named_sets import set_colours
+from polycube.report.pictures.features import set_colours
 from polycube.state import RunState
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json

@@ -1,7 +1,5 @@
 """The sections of the problem and of its solution: modes, static deformation, potential."""
 
-from __future__ import annotations
-
 from markupsafe import Markup
 
 from polycube.report.numbers.formatting import (

@@ -1,12 +1,24 @@
-"""Pictures of a CAD model with the curves and faces that the hex mesh loses."""
+"""Pictures of CAD models: lost curves and faces, and the named sets of the boundary."""
 
-from __future__ import annotations
+from itertools import cycle
 
 import numpy as np
 
+from polycube.hexmesh.connectivity import quad_edges
+from polycube.hexmesh.face_groups import ENDS
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.report.pictures.colours import LOST_FACE, PRESERVED, SURFACE, WORST, rgb
+from polycube.hexmesh.named_sets import kind_of
+from polycube.report.pictures.colours import (
+    AXIS_COLOURS,
+    FACES,
+    HOLES,
+    LOST_FACE,
+    PRESERVED,
+    SURFACE,
+    WORST,
+    rgb,
+)
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.surface.fit_target import target
 from polycube.types import Goal, HexMesh, TriMesh
@@ -14,6 +26,8 @@ from polycube.types import Goal, HexMesh, TriMesh
 DEFAULT = Goal()  # limits of features
 WIDTH = 8  # width of the lines in pixels
 CROSS = 0.012  # of the diagonal: half the size of the mark at a lost point
+AMBIENT = 0.6  # makes the colours in the shade similar to those of the legend
+CLEAR = 0.9  # share of the quads of a set that must have its colour
 
 
 def lost_features(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> Scene:
@@ -83,3 +97,56 @@ def _cross(feature: Feature, size: float) -> np.ndarray:
     """A polyline that draws a cross of three lines at a lost point."""
     arms = CROSS * size * np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 0]])
     return np.array(feature.place) + np.concatenate([np.roll(arms, k, axis=1) for k in range(3)])
+
+
+def quad_colours(mesh: HexMesh) -> np.ndarray:
+    """(Q,) colour of each boundary quad, as #rrggbb: that of its first set.
+
+    Directions have the colours of the axes. Patches have no colour, because every quad is in one.
+    """
+    found = np.full(len(mesh.quads), SURFACE)
+    is_free = np.ones(len(mesh.quads), bool)
+    axis = dict(zip(ENDS, np.array(AXIS_COLOURS)[[1, 0, 3, 2, 5, 4]].tolist(), strict=True))
+    holes, faces = cycle(HOLES), cycle(FACES)
+    for name, own in mesh.sets.items():
+        free = own[is_free[own]]
+        if kind_of(name) == "patch" or not len(free):
+            continue
+        found[free] = axis.get(name) or next(holes if kind_of(name) == "hole" else faces)
+        is_free[free] = False
+    return found
+
+
+def set_colours(mesh: HexMesh) -> dict[str, str]:
+    """Colour of each set if nearly all of its quads have it."""
+    colours = quad_colours(mesh)
+    found = {}
+    for name, own in mesh.sets.items():
+        shown, count = np.unique(colours[own], return_counts=True)
+        if len(own) and count.max() >= CLEAR * len(own) and shown[count.argmax()] != SURFACE:
+            found[name] = str(shown[count.argmax()])
+    return found
+
+
+def memberships(mesh: HexMesh) -> tuple[np.ndarray, list[str]]:
+    """Combinations of sets: their number for each boundary quad (Q,), and their names, joined."""
+    is_in = np.zeros((len(mesh.quads), len(mesh.sets)), bool)
+    for column, own in enumerate(mesh.sets.values()):
+        is_in[own, column] = True
+    found, number = np.unique(is_in, axis=0, return_inverse=True)
+    names = np.array(list(mesh.sets), object)
+    return number.reshape(-1), [", ".join(names[row]) for row in found]
+
+
+def both_sides(mesh: HexMesh) -> Scene:
+    """The boundary with coloured quads, from the front above and from behind below.
+
+    Lines separate quads of different colours.
+    """
+    colours = quad_colours(mesh)
+    edges, pair = quad_edges(mesh.quads)
+    lines = edges[colours[pair[:, 0]] != colours[pair[:, 1]]]
+    painted = rgb(tuple(colours.tolist()))
+    return from_both_sides(
+        [Layer(mesh.vertices, mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)]
+    )

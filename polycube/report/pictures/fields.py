@@ -1,20 +1,42 @@
-"""Pictures of a solution: the boundary of the solid, deformed and coloured."""
-
-from __future__ import annotations
+"""Pictures of a solution: the boundary of the Bezier solid, deformed and coloured."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
-from polycube.report.pictures.bezier import Skin, tessellate
 from polycube.report.pictures.colours import DISPLACEMENT_COLOURS, FIELD_COLOURS, ramp
 from polycube.report.pictures.render import Film, Layer, Scene
+from polycube.spline.boundary import grid, sampling
 from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
 N_MODES = 4  # number of modes in pictures
 AMPLITUDE = 0.08  # of the diagonal: the largest displacement in a picture
 TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Small quads on the boundary; `points @ values` evaluates values of the Bezier nodes."""
+
+    points: csr_matrix  # (P, B) weight of each Bezier node at each point
+    quads: np.ndarray  # (Q, 4) indices of points, counter-clockwise from outside
+    edges: np.ndarray  # (L, 2) indices of points: parts of the edges of the elements
+
+
+def tessellate(spline: Spline, pieces: int = 4) -> Skin:
+    """Boundary faces of the elements, each divided into pieces * pieces quads."""
+    n = pieces + 1
+    points = sampling(spline, *grid(np.arange(n) / pieces))[0]
+    rows = np.arange(len(spline.sides) * n * n).reshape(-1, n * n)
+    local = np.arange(n * n).reshape(n, n)
+    corners = [local[:-1, :-1], local[:-1, 1:], local[1:, 1:], local[1:, :-1]]
+    quads = rows[:, np.stack([c.ravel() for c in corners], 1)].reshape(-1, 4)
+    rim = np.concatenate([local[0], local[1:, -1], local[-1, -2::-1], local[-2::-1, 0]])
+    edges = rows[:, np.stack([rim[:-1], rim[1:]], 1)].reshape(-1, 2)
+    return Skin(points, quads, edges)
 
 
 def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene | Film]]:

@@ -1,7 +1,5 @@
 """Picture of supports and loads: cones at held faces, arrows at loaded ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

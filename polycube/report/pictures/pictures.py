@@ -3,8 +3,6 @@
 A failed picture must not end a run: it is omitted, with one warning.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import pickle
@@ -20,15 +18,7 @@ import numpy as np
 
 from polycube.analysis.problem import Problem
 from polycube.report.numbers.quality import quad_deviation
-from polycube.report.pictures import (
-    features,
-    fields,
-    loads,
-    named_sets,
-    proposals,
-    scenes,
-    trajectory,
-)
+from polycube.report.pictures import features, fields, loads, scenes, trajectory
 from polycube.report.pictures.render import Picture
 from polycube.state import RunState
 from polycube.types import Goal
@@ -50,9 +40,9 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
         found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
     if state.labels is not None:
         found["labels"] = partial(scenes.labelled, surface, state.labels)
-    proposed = proposals.distinct(state.ranked)
+    proposed = scenes.distinct(state.ranked)
     if len(proposed) > 1:
-        found["proposals"] = partial(proposals.sheet, proposed)
+        found["proposals"] = partial(scenes.sheet, proposed)
     if state.given is not None:
         found["given"] = partial(scenes.hex_cut, state.given)
     if mesh is not None:
@@ -64,7 +54,7 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
             goal = state.verdict.goal if state.verdict else Goal()
             found["features"] = partial(features.lost_features, mesh, surface, goal)
         if mesh.sets:
-            found["sets"] = partial(named_sets.both_sides, mesh)
+            found["sets"] = partial(features.both_sides, mesh)
         if np.ptp(mesh.cell):  # a single primitive is not divided
             found["cells"] = partial(scenes.decomposed, mesh)
     if state.polycube is not None and state.trajectory is not None:

@@ -1,14 +1,15 @@
-"""Scenes of the pictures, as coloured polygons and lines; without drawing them."""
+"""Scenes of the pictures, as coloured polygons and lines; without drawing them.
 
-from __future__ import annotations
+One of them is a sheet of the structures proposed for a part.
+"""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from polycube.hexmesh.connectivity import FACES, exposed, quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import (
     AXIS_COLOURS,
     CELLS,
@@ -19,12 +20,16 @@ from polycube.report.pictures.colours import (
     ramp,
     rgb,
 )
-from polycube.report.pictures.render import EYE, Layer, Scene
+from polycube.report.pictures.fields import tessellate
+from polycube.report.pictures.render import EYE, Layer, Scene, view
 from polycube.structure.lattice import boundary
 from polycube.surface.measures import face_normals, half_edges, twins
-from polycube.types import HexMesh, Labels, Polycube, RoughMap, Spline, TriMesh
+from polycube.types import HexMesh, Labels, Polycube, Ranked, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
+MOST = 8  # largest number
+COLUMNS = 4
+APART = 1.1  # distance between the centres of two polycubes, in diagonals
 
 
 def input_surface(surface: TriMesh) -> Scene:
@@ -161,3 +166,25 @@ def _edges(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """Edges shared by two triangles: (E, 2) vertices, (E, 2) triangles."""
     side, other = twins(surface.faces)
     return half_edges(surface.faces)[side], np.stack([side, other], axis=1) // 3
+
+
+def distinct(ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The best proposals of a ranking with different polycubes, at most `MOST`."""
+    found: dict[str, Ranked] = {}
+    for entry in ranked:
+        if entry.candidate.blocks is None:
+            found.setdefault(entry.candidate.key, entry)
+    return list(found.values())[:MOST]
+
+
+def sheet(shown: Sequence[Ranked]) -> Scene:
+    """Polycubes of diagonal 1 in rows of `COLUMNS`, oriented as the model."""
+    scene = []
+    for number, entry in enumerate(shown):
+        [shape] = polycube_faces(entry.candidate.polycube, entry.candidate.rough_map)
+        low, high = shape.points.min(axis=0), shape.points.max(axis=0)
+        centred = (shape.points - (low + high) / 2) / np.linalg.norm(high - low)
+        row, column = divmod(number, COLUMNS)
+        shift = APART * (column * view()[0] - row * view()[1])
+        scene.append(replace(shape, points=centred + shift, line_width=2))
+    return scene

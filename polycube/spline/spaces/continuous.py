@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, eye
 
-from polycube.hexmesh.connectivity import part
-from polycube.hexmesh.octree import split
+from polycube.hexmesh.connectivity import part, split
 from polycube.spline.spaces.extraction import TENSOR, OnHexes, bezier_nodes
 from polycube.spline.spaces.subdivision import bezier_halves
 from polycube.types import HexMesh

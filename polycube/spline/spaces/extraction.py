@@ -11,8 +11,6 @@ A hex may be straight: its faces, edges and vertices are then separate strata, s
 the trilinear one of its corners, and it is only continuous with its neighbours.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product

@@ -1,7 +1,5 @@
 """Refine a spline by the options of its plugin, level by level."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.spline.spaces.hierarchy import Space, coarsest, finer_level, hierarchical_spline

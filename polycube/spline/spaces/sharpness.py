@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.spline.bezier import min_detj, scaled_detj
-from polycube.spline.deviation import deviation
+from polycube.spline.boundary import deviation
 from polycube.spline.spaces.extraction import NO_INDICES, volumetric_spline
 from polycube.spline.spaces.sharp_features import (
     creases,

@@ -13,8 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix, diags, vstack
 
-from polycube.hexmesh.connectivity import PLACES, edges, part
-from polycube.hexmesh.octree import split
+from polycube.hexmesh.connectivity import PLACES, edges, part, split
 from polycube.spline.spaces.extraction import (
     CORNERS,
     NO_INDICES,

@@ -1,7 +1,5 @@
 """Options of the reconstruction of point clouds: the settings `points.*` of `conf/infer.yaml`."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

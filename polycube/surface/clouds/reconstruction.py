@@ -26,8 +26,7 @@ from polycube.surface.clouds.points import (
     without_outliers,
 )
 from polycube.surface.clouds.trimming import fillings, supported
-from polycube.surface.measures import diagonal, face_normals, is_closed, volume
-from polycube.surface.samples import spread
+from polycube.surface.measures import diagonal, face_normals, is_closed, spread, volume
 from polycube.types import TriMesh
 
 NEIGHBOURS = 30, 12, 60  # tried in sequence: more for noise, fewer for thin walls

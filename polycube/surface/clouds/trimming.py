@@ -4,17 +4,14 @@ A triangulation of such a hole can cross the surface if the boundary of the hole
 Therefore only points on it are used, for a second reconstruction.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.surface.closest import closest, tree
 from polycube.surface.clouds.points import Cloud, spacings
-from polycube.surface.measures import components, face_areas, face_normals
+from polycube.surface.measures import components, face_areas, face_normals, spread
 from polycube.surface.repair.clean import compact
 from polycube.surface.repair.holes import MAX_LOOP, filling, loops
-from polycube.surface.samples import spread
 from polycube.types import TriMesh
 
 PIECE = 0.01  # smallest share of the points for a component of the surface

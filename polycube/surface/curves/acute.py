@@ -1,7 +1,5 @@
 """Edges and corners of a part whose angle is too small for a well-shaped hex."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

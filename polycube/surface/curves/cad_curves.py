@@ -6,8 +6,6 @@ face; a side that runs against it bounds a quad of the right face. The result do
 size of the quads, although points inside a coarse quad may be closer to the other face.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.surface import closest

@@ -14,15 +14,12 @@ are averaged over half a hex, or the crease must belong to long ones (`LONG`), w
 and not noise.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 
 from polycube.surface.curves.features import Crease, Features
-from polycube.surface.curves.plane_edges import between_planes
-from polycube.surface.filtered_normals import broad_turns
+from polycube.surface.filtered_normals import between_planes, broad_turns
 from polycube.surface.measures import connected, half_edges, twins
 from polycube.types import TriMesh
 

@@ -6,8 +6,6 @@ One path between the two curves ends in a fork, at which the curves are far enou
 larger angle.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import combinations
 

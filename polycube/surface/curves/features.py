@@ -1,18 +1,22 @@
 """The features of a surface: its curves and their end points.
 
 In a CAD model, the curves between two faces, including tangent ones. In a triangle surface, the
-sharp edges. `polycube.surface.curves.creases` finds both.
+sharp edges. `polycube.surface.curves.creases` finds both. Some coincide with
+others within the tolerance of a mesh.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from polycube.surface import arc_length as sliding
 
 EXACT = 1e-5  # of the extent of a curve: tolerance for its points to be on a line or a circle
+NEAR = 0.001  # of the diagonal: a third of the permitted distance of a curve
+STEP = 0.004  # spacing of the sample points of a curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,3 +128,35 @@ def shape_of(points: np.ndarray) -> str:
     radius = np.sqrt(solved[2] + solved[:2] @ solved[:2])
     off = abs(np.linalg.norm(flat - solved[:2], axis=1) - radius).max()
     return "circle" if off <= EXACT * extent[0] else "curve"
+
+
+@lru_cache(maxsize=4)
+def merged(features: Features) -> np.ndarray:
+    """(C,) representative of each corner: the first corner within `NEAR`."""
+    found = np.arange(len(features.corners))
+    for number, corner in enumerate(features.corners):
+        gap = np.linalg.norm(features.corners[:number] - corner, axis=1)
+        near = np.flatnonzero((gap <= NEAR) & (found[:number] == np.arange(number)))
+        if len(near):
+            found[number] = near[0]
+    return found
+
+
+@lru_cache(maxsize=4)
+def covered(features: Features) -> np.ndarray:
+    """(C,) whether a curve is entirely within `NEAR` of longer curves that are not covered."""
+    creases = features.creases
+    boxes = [(c.points.min(axis=0) - NEAR, c.points.max(axis=0) + NEAR) for c in creases]
+    found = np.zeros(len(creases), bool)
+    longer: list[int] = []
+    for number in sorted(range(len(creases)), key=lambda k: -creases[k].length):
+        crease, (low, high) = creases[number], boxes[number]
+        places = crease.at(np.linspace(0, crease.length, 5 + int(crease.length / STEP)))[0]
+        gap = np.full(len(places), np.inf)
+        for other in longer:
+            if (boxes[other][0] <= high).all() and (boxes[other][1] >= low).all():
+                gap = np.minimum(gap, creases[other].nearest(places)[1])
+        found[number] = (gap <= NEAR).all()
+        if not found[number]:
+            longer.append(number)
+    return found

@@ -5,8 +5,6 @@ are dropped at edges with more than two faces. Remaining defects raise an error;
 patched.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

@@ -5,8 +5,6 @@ Barequet and Sharir, *Filling gaps in the boundary of a polyhedron*, CAGD 12 (19
 of any outline the triangles do not overlap.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -6,8 +6,6 @@ edges where the planes of the faces around a vertex meet. Vertices whose faces w
 become thin are moved back, partly or completely. Details thinner than a cell are lost.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.sparse import coo_array
@@ -16,8 +14,7 @@ from polycube.errors import InputError
 from polycube.surface.closest import Tree, closest, tree
 from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import face_normals, half_edges, unit
-from polycube.surface.tangent_planes import towards_planes
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 SLIDES = 8  # iterations that make the triangles more regular
@@ -137,3 +134,36 @@ def _evenness(corners: np.ndarray) -> np.ndarray:
     sides = corners - np.roll(corners, 1, axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     return 2 * np.sqrt(3) * area / np.maximum((sides**2).sum(axis=(1, 2)), 1e-300)
+
+
+def towards_planes(
+    points: np.ndarray,
+    faces: np.ndarray,
+    feet: np.ndarray,
+    normals: np.ndarray,
+    stiffness: float,
+    step: float,
+) -> np.ndarray:
+    """Points moved to the intersection of the planes of their faces.
+
+    Parameters
+    ----------
+    points : (V, 3)
+    faces : (F, K) indices of the points
+    feet, normals : (F, 3) a point and the unit normal of the plane of each face
+    stiffness : stiffness of a point in the directions that its planes do not determine
+    step : largest length of a move
+
+    Returns
+    -------
+    (V, 3) the new points
+    """
+    matrix = np.tile(stiffness * np.eye(3), (len(points), 1, 1))
+    vector = np.zeros((len(points), 3))
+    for corner in faces.T:
+        gap = (normals * (feet - points[corner])).sum(axis=1, keepdims=True)
+        np.add.at(matrix, corner, normals[:, :, None] * normals[:, None])
+        np.add.at(vector, corner, normals * gap)
+    move = np.linalg.solve(matrix, vector[:, :, None])[:, :, 0]
+    length = np.linalg.norm(move, axis=1, keepdims=True)
+    return points + move * np.minimum(1, step / np.maximum(length, 1e-300))

@@ -5,8 +5,6 @@ flat holes; other faces stay unchanged. If this is not sufficient, or if faces c
 rebuilds the surface (`remesh.py`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
@@ -20,7 +18,7 @@ from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import diagonal, volume
 from polycube.surface.repair import clean, steps
 from polycube.surface.repair.remesh import remesh
-from polycube.surface.winding import winding_numbers
+from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
 LEVELS = ("off", "safe", "aggressive")

@@ -5,14 +5,17 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.cad_shapes import CadShapes
-from polycube.diffusion.pairs.edge_runs import edge_runs
-from polycube.diffusion.pairs.lattices import Feature, Lattice, random_lattice
-from polycube.diffusion.pairs.round_sections import with_round_section
-from polycube.diffusion.pairs.rounding import FILLET, Fillets, rounded
-from polycube.diffusion.pairs.smoothing import smoothed
-from polycube.diffusion.pairs.tessellation import tessellate
-from polycube.diffusion.pairs.widths import LEAST, SHRINKS, random_knots
+from polycube.diffusion.pairs.cad_shapes import CadShapes, with_round_section
+from polycube.diffusion.pairs.lattices import (
+    LEAST,
+    SHRINKS,
+    Feature,
+    Lattice,
+    random_knots,
+    random_lattice,
+)
+from polycube.diffusion.pairs.rounding import FILLET, Fillets, edge_runs, rounded
+from polycube.diffusion.pairs.tessellation import smoothed, tessellate
 
 OFF = {field.name: 0.0 for field in fields(CadShapes)}
 HOLE = Feature("hole", (1, 1, 0), (2, 2, 3), 2)

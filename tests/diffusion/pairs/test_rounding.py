@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.edge_runs import EdgeRuns, edge_runs
 from polycube.diffusion.pairs.lattices import random_lattice
-from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, Fillets, largest_radii, rounded
+from polycube.diffusion.pairs.rounding import (
+    CHAMFER,
+    FILLET,
+    EdgeRuns,
+    Fillets,
+    edge_runs,
+    largest_radii,
+    rounded,
+)
 from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 
 KNOTS = (np.array([0, 2, 3, 5.0]), np.array([0, 1, 2, 4.0]), np.array([0, 1, 3.0]))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.shapes import IDENTITY, shape_key, turned_contexts
-from polycube.diffusion.pairs.templates import contexts
+from polycube.diffusion.pairs.templates import IDENTITY, contexts, shape_key, turned_contexts
 from polycube.structure.lattice import lattice
 from polycube.surface.frames import rotations, turn
 

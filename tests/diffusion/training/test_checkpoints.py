@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from polycube.diffusion.training.checkpoints import AtomicCheckpoints
+from polycube.diffusion.training.learning import AtomicCheckpoints
 
 
 class Unwritable:

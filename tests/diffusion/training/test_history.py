@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch.utils.tensorboard import SummaryWriter
 
-from polycube.diffusion.training.history import curves, draw, smoothed
+from polycube.diffusion.training.pictures import curves, draw, smoothed
 
 
 def test_what_was_written_is_read_back(tmp_path: Path) -> None:

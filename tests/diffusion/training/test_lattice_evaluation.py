@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polycube.diffusion.pairs.any_structure import LatticePairs
+from polycube.diffusion.training.any_evaluation import evaluate_lattices, overlap
 from polycube.diffusion.training.evaluation import summary
-from polycube.diffusion.training.lattice_evaluation import evaluate_lattices, overlap
 from polycube.errors import InputError
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.creases.constraints import match, on_crease
-from polycube.fitting.creases.faces import quad_faces
+from polycube.fitting.creases.constraints import match, on_crease, quad_faces
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.registration import matched_curves, register_mesh
 from polycube.hexmesh.connectivity import hex_mesh

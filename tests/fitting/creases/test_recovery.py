@@ -6,9 +6,8 @@ import pytest
 from polycube.fitting.creases.constraints import match, no_features, with_tolerances
 from polycube.fitting.creases.recovery import recover_creases
 from polycube.fitting.local_polish import raise_worst
-from polycube.fitting.merit import FULL, merit_of
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import State, cover_of, goals_of, snap
+from polycube.fitting.snapping import FULL, State, cover_of, goals_of, merit_of, snap
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.quality import off_creases
 from polycube.surface.fit_target import target

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.faces import Faces
-from polycube.fitting.cures.fitted import fitted
+from polycube.fitting.cures.fitted import Faces, fitted
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.faces import Faces
-from polycube.fitting.cures.fitted import edge_keys, fitted
+from polycube.fitting.cures.fitted import Faces, edge_keys, fitted
 from polycube.fitting.cures.neighbourhood import _runs, neighbourhood, with_detours
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.surface.fit_target import target

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.faces import Faces
-from polycube.fitting.cures.fitted import cost, fitted
+from polycube.fitting.cures.fitted import Faces, cost, fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.fitting.cures.refit import refit
 from polycube.surface.fit_target import target

@@ -9,7 +9,7 @@ import trimesh
 
 from polycube.config import compose
 from polycube.errors import BadOption, MeshingError
-from polycube.fitting.merit import exceeded_limits
+from polycube.fitting.snapping import exceeded_limits
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import deviation

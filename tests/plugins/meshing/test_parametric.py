@@ -7,7 +7,7 @@ import pytest
 
 from polycube.config import compose
 from polycube.errors import MeshingError
-from polycube.fitting.merit import exceeded_limits
+from polycube.fitting.snapping import exceeded_limits
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

@@ -10,7 +10,7 @@ from polycube.registry import build
 from polycube.report.numbers import formatting, solutions
 from polycube.report.page import solutions as page
 from polycube.report.pictures import fields
-from polycube.report.pictures.bezier import tessellate
+from polycube.report.pictures.fields import tessellate
 from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
 from tests.fixtures.splines import BAR

@@ -1,6 +1,6 @@
 """The section of numbers of hexes on the page."""
 
-from polycube.report.page.hex_counts import N_SHOWN, hex_counts
+from polycube.report.page.hexes import N_SHOWN, hex_counts
 from tests.fixtures.html import Outline
 
 

@@ -9,8 +9,7 @@ import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.page import html
-from polycube.report.page.header import header
-from polycube.report.page.html import write_report
+from polycube.report.page.html import header, write_report
 from polycube.report.page.templates import element, show
 from polycube.state import RunState
 from tests.fixtures.html import Outline

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.report.page import sections
-from polycube.report.pictures import pictures, proposals
+from polycube.report.pictures import pictures, scenes
 from polycube.report.pictures.render import view
 from polycube.state import RunState
 from polycube.testing.solids import solid
@@ -29,12 +29,12 @@ def test_equal_structures_are_shown_once_and_blocks_that_are_no_polycube_never()
         ranked(replace(HOLED, proposal="other"), "b"),
         ranked(replace(BLOCK, blocks=solid("cube").hexes), "c"),
     ]
-    assert proposals.distinct([*first, *others]) == first
-    assert len(proposals.distinct(ranking(20))) == proposals.MOST
+    assert scenes.distinct([*first, *others]) == first
+    assert len(scenes.distinct(ranking(20))) == scenes.MOST
 
 
 def test_polycubes_of_equal_size_lie_in_rows_and_do_not_touch() -> None:
-    shown = proposals.sheet(ranking(6))
+    shown = scenes.sheet(ranking(6))
     seen = [layer.points @ view().T for layer in shown]
     assert all(np.isclose(np.linalg.norm(np.ptp(layer.points, axis=0)), 1) for layer in shown)
     low, high = (np.array([end(p, axis=0)[:2] for p in seen]) for end in (np.min, np.max))

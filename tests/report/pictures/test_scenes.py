@@ -8,9 +8,9 @@ import pytest
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures import fields, scenes
-from polycube.report.pictures.bezier import tessellate
 from polycube.report.pictures.colours import CELLS, QUALITY_COLOURS, ramp, rgb
-from polycube.spline.element_faces import unshared_faces
+from polycube.report.pictures.fields import tessellate
+from polycube.spline.boundary import unshared_faces
 from polycube.structure.rough_map import affine_map
 from polycube.types import Modes, TriMesh
 from tests.fixtures.hexmeshes import CORNERS, hex_box

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import eye, kron
 
-from polycube.hexmesh.octree import split
+from polycube.hexmesh.connectivity import split
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
 from polycube.spline.bezier import min_detj

@@ -3,8 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from polycube.hexmesh.connectivity import hex_mesh, quad_edges
-from polycube.hexmesh.octree import split
+from polycube.hexmesh.connectivity import hex_mesh, quad_edges, split
 from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes, extraction_matrix
 from polycube.spline.spaces.sharp_features import creases, single_hex_edges, union

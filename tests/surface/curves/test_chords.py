@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from polycube.surface.curves.chords import chord_error, chords_needed
+from polycube.fitting.creases.chord_counts import chord_error, chords_needed
 from polycube.surface.curves.features import Crease
 
 LOOP, OPEN = (-1, -1), (0, 1)

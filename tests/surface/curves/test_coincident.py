@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.surface.curves.coincident import NEAR, covered, merged
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import NEAR, Crease, Features, covered, merged
 
 
 def line(start, end, ends=(0, 1)):

@@ -1,7 +1,5 @@
 """The page of several results: their 3D views side by side, and their main numbers."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

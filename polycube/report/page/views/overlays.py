@@ -1,7 +1,5 @@
 """Input surface and results of the analysis as data of the 3D view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

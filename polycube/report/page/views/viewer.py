@@ -1,7 +1,5 @@
 """Interactive 3D view of the hex mesh in the page: rotate, cut, filter and colour."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Sequence
@@ -16,9 +14,14 @@ from polycube.report.numbers.verdict import UNKNOWN
 from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.page.views.overlays import results, simplified
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
-from polycube.report.pictures.features import DEFAULT, lost_segments
+from polycube.report.pictures.features import (
+    DEFAULT,
+    lost_segments,
+    memberships,
+    quad_colours,
+    set_colours,
+)
 from polycube.report.pictures.fields import AMPLITUDE
-from polycube.report.pictures.named_sets import memberships, quad_colours, set_colours
 from polycube.report.pictures.render import view
 from polycube.types import Goal, HexMesh, Json, Solution, Spline, TriMesh
 

@@ -1,38 +1,49 @@
 """`python -m polycube.make_pairs`: write a file of training pairs for each part.
 
+A part is meshed on a coarse polycube, by the meshing stages of a run with few slabs per axis.
+
 Exit codes: 0 if at least one part gave pairs, 2 if none did or an option is invalid, 130
 interrupted.
 """
 
-from __future__ import annotations
-
 import csv
 import glob
+import json
 import logging
 import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any
 
 from polycube.cli.command import command
-from polycube.cli.pairs.coarse import check, mesh_coarsely
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import logging_to
+from polycube.config import compose
 from polycube.diffusion.pairs.any_structure import Part
+from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.pairs.meshed_parts import meshed_part, tilted
 from polycube.diffusion.pairs.part_files import SUFFIX, write_part
 from polycube.errors import InputError, MeshingError
 from polycube.io import manifest
-from polycube.types import Json
+from polycube.pipeline.intake import read_part
+from polycube.pipeline.run import Run
+from polycube.pipeline.settings import Settings
+from polycube.search.structures import choose
+from polycube.state import RunState
+from polycube.structure.lattice import collapse
+from polycube.types import Json, Ranked
 
 TABLE = "summary.csv"
 COLUMNS = ("part", "result", "says", "genus", "slabs", "tilted_percent", "seconds", "path")
 MADE, NONE = "pairs", "no pairs"  # results
 
 Row = dict[str, Any]
+COARSE = ("structure=coarse", "order=[meshing]")
+NAMES = {"size": "meshing.size"} | {n: n for n in ("effort", "seconds", "repair", "seed")}
 
 
 def make_pairs(cfg: Json, folder: Path | None = None) -> list[Row]:
@@ -45,7 +56,7 @@ def make_pairs(cfg: Json, folder: Path | None = None) -> list[Row]:
     """
     folder = folder or Path(str(cfg["output_dir"]))
     parts = _files(cfg["parts"])
-    check(cfg)
+    check_settings(cfg)
     manifest.check(folder, [TABLE, *(f"{path.stem}{SUFFIX}" for path in parts)], parts)
     manifest.remove(folder, [f"{path.stem}{SUFFIX}" for path in parts], parts)
     rows: list[Row] = []
@@ -127,3 +138,49 @@ def _files(patterns: object) -> list[Path]:
     if count > 1:
         raise InputError(f"{count} parts have the name {name}", "parts", "rename them")
     return found
+
+
+def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunState:
+    """The last state of a run that ended with a valid mesh.
+
+    path : path of the part
+    cfg : size, effort, seconds, repair and seed, as in a run
+
+    Raises
+    ------
+    InputError
+        If the part is invalid, or if it has no structure with few slabs.
+    MeshingError
+        If no mesh is valid.
+    KeyboardInterrupt
+        If the user ended the run.
+    """
+    settings = replace(_settings(cfg), mesh=path)
+    run = Run(settings, read_part, interrupt)
+    state = run.begin()
+    ranked = [entry for entry in state.ranked if _is_coarse(entry)]
+    if not ranked:
+        raise InputError(
+            f"all structures found have more than {MOST_SLABS} slabs along an axis, which is more "
+            "than the network can describe"
+        )
+    state = run.mesh(choose(replace(state, ranked=ranked), 0, run.primitives))
+    if state.interrupted:
+        raise KeyboardInterrupt
+    if state.failure is not None:
+        raise MeshingError(state.failure)
+    return state
+
+
+def check_settings(cfg: Json) -> None:
+    """Raise InputError for an invalid setting."""
+    Run(_settings(cfg), read_part)
+
+
+def _settings(cfg: Json) -> Settings:
+    options = [f"{NAMES[name]}={json.dumps(cfg[name])}" for name in NAMES]
+    return Settings.of(compose("infer", [*COARSE, *options]))
+
+
+def _is_coarse(entry: Ranked) -> bool:
+    return max(collapse(entry.candidate.polycube).occupancy.shape) <= MOST_SLABS

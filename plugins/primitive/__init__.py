@@ -1,1 +1,0 @@
-"""Unit cells of polycubes."""

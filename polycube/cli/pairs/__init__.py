@@ -1,1 +1,0 @@
-"""Training pairs of a diffusion model from meshed parts."""
