@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from polycube.pipeline.intake import sharp_places
@@ -19,6 +19,7 @@ from tests.fixtures.surfaces import wedge
 )
 def test_a_wedge_has_one_edge_and_two_corners(degrees, size, seed):
     angle = np.deg2rad(degrees)
+    assume(abs(angle - SHARP) > 1e-9)  # at the limit itself, rounding decides
     found = acute(wedge(angle, size=size, seed=seed))
     if angle > SHARP:
         assert not found
