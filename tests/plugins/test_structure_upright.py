@@ -181,16 +181,18 @@ def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
     assert len(mesh.hexes) < 3000
 
 
-@pytest.mark.parametrize(("name", "most"), [("drilled", 5000), ("tube", 4000)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("drilled", 5000), ("bored_wide", 6000), ("tube", 4000)]
+)
 def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
-    """Their rims stay on the wall; the hole of `drilled` meets its bore in two windows."""
+    """Their rims stay on the wall; the hole of a drilled shaft meets its bore in two windows."""
     surface, _ = read_surface(write(name, tmp_path))
     mesh = hexes_of(surface, around_hole=12)
     check_conforming(mesh)
     assert genus(mesh) == measures.genus(surface) == 3
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1.5e-2)
     assert (scaled_jacobian(mesh.vertices, mesh.hexes) < 0.1).sum() < 10  # left to the fit
-    assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 6e-3  # before the fit
     assert len(mesh.hexes) < most
 
 

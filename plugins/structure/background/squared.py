@@ -23,6 +23,7 @@ HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circ
 STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
 ROUND = 0.9  # largest share of the squared normals in one direction for a round face
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
+BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
 ALIGNED = 0.15  # of half the height of a hole: difference between heights that become equal
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
@@ -185,8 +186,8 @@ def _turn(places: np.ndarray) -> int:
 def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     """Make a hole square in place.
 
-    Vertices between two sides are moved to the edge between them, and the vertices of rims along
-    the upright walls that the hole meets.
+    Its level sides are wider if windows are. Vertices between two sides are moved to the edge
+    between them, and the vertices of rims along the upright walls that the hole meets.
 
     Parameters
     ----------
@@ -199,21 +200,28 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     Raises
     ------
     NoBackgroundError
-        If a window is on an upright side.
+        If a window is as wide as the hole.
     """
     used, local = np.unique(surface.faces[hole.faces], return_inverse=True)
     local = local.reshape(-1, 3)
     before = np.stack([at[used] @ hole.across, at[used, 2]], axis=1)
     x, y = ((before - hole.middle) / hole.extent).T
-    share = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4  # number of sides up to a vertex
-    turn = np.exp(np.pi / 2 * 1j * share)
-    side = np.floor(np.angle(turn[local].sum(axis=1)) / (np.pi / 2) % 4).astype(np.int64) % 4
+    seen = np.searchsorted(used, np.concatenate([used[:0], *hole.windows]))
+    wide = abs(x[seen]).max(initial=0)
+    wide += min(BESIDE, (1 - wide) / 2)
+    edge = np.arccos(np.clip(wide, np.sqrt(0.5), 1))
+    # the same angle in the first quadrant, where the edge between two sides comes to 45 degrees
+    turn = np.interp(np.arctan2(abs(y), abs(x)), [0, edge, np.pi / 2], [0, np.pi / 4, np.pi / 2])
+    angle = np.arctan2(np.sign(y) * np.sin(turn), np.sign(x) * np.cos(turn))
+    share = (angle / (np.pi / 2) + 0.5) % 4  # number of sides up to a vertex
+    unit = np.exp(np.pi / 2 * 1j * share)
+    side = np.floor(np.angle(unit[local].sum(axis=1)) / (np.pi / 2) % 4).astype(np.int64) % 4
     on_side = np.zeros((len(used), 4), bool)
     on_side[local.ravel(), np.repeat(side, 3)] = True
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    half, (low, high) = HALF * hole.extent[0], hole.sides
+    half, (low, high) = max(HALF, wide) * hole.extent[0], hole.sides
     corner = np.array([[half, low], [half, high], [-half, high], [-half, low], [half, low]])
     flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
     flat[:, 0] += hole.middle[0]
@@ -222,7 +230,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
         known = rim[np.argsort(before[rim, 0], kind="stable")]
         along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
     for window in (np.searchsorted(used, loop) for loop in hole.windows):
-        if on_side[window][:, ::2].any():
+        if wide > 1 or on_side[window][:, ::2].any():
             where = place(surface, surface.vertices[used[window[0]]])
             raise NoBackgroundError(f"holes meet at their sides near {where}")
         flat[window, 0] = before[window, 0]
