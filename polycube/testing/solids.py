@@ -52,18 +52,21 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
     return Solid(surface, polycube, rough_map, hexes)
 
 
-def ring(number: int = 32) -> TriMesh:
-    """A ring between the radii 20 and 30, of height 10, with its four CAD faces."""
-    angle = 2 * np.pi * np.arange(number) / number
+def half_ring(number: int = 16) -> TriMesh:
+    """Half a ring between the radii 20 and 30, of height 10, with its six CAD faces."""
+    angle = np.pi * np.arange(number + 1) / number
     turn = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     corners = ((20, 0), (30, 0), (30, 10), (20, 10))
     vertices = np.concatenate([radius * turn + [0, 0, height] for radius, height in corners])
-    here = np.arange(4 * number).reshape(4, number)
-    after, beyond = np.roll(here, -1, axis=1), np.roll(here, -1, axis=0)
-    both = np.roll(after, -1, axis=0)
-    faces = np.moveaxis(np.array([[here, after, both], [here, both, beyond]]), 1, -1)
-    region = np.broadcast_to(np.arange(1, 5)[:, None], faces.shape[:3])
-    return TriMesh(vertices + PLACE, faces.reshape(-1, 3), region.ravel())
+    all_ = np.arange(4 * (number + 1)).reshape(4, number + 1)
+    here, after = all_[:, :-1], all_[:, 1:]
+    beyond, both = np.roll(here, -1, axis=0), np.roll(after, -1, axis=0)
+    sides = np.moveaxis(np.array([[here, after, both], [here, both, beyond]]), 1, -1)
+    region = np.broadcast_to(np.arange(1, 5)[:, None], sides.shape[:3])
+    (a, b, c, d), (e, f, g, h) = all_[:, 0], all_[:, -1]
+    ends = np.array([[a, c, d], [a, b, c], [e, h, g], [e, g, f]])
+    faces = np.concatenate([sides.reshape(-1, 3), ends])
+    return TriMesh(vertices + PLACE, faces, np.append(region.ravel(), [5, 5, 6, 6]))
 
 
 def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:

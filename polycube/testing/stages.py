@@ -16,7 +16,16 @@ from polycube.structure import lattice
 from polycube.structure.projection import project_onto
 from polycube.structure.rough_map import evaluate
 from polycube.surface import measures as surfaces
-from polycube.testing.solids import PLACE, SIDES, Solid, claim, claim_array, ring, solid, swollen
+from polycube.testing.solids import (
+    PLACE,
+    SIDES,
+    Solid,
+    claim,
+    claim_array,
+    half_ring,
+    solid,
+    swollen,
+)
 from polycube.testing.solutions import check_analysis, check_export, check_spline
 from polycube.types import Candidate, HexMesh, Labels, Parametrization, RoughMap, Verdict
 
@@ -26,11 +35,11 @@ NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 def check_structure(plugin: Callable) -> None:
     """Proposals with the genus of the surface, manifold boundary and positive orientation.
 
-    The parts are a block, a block with a hole, and, if nothing is proposed for these, a ring.
+    The parts are a block, a block with a hole, and, if nothing is proposed for these, half a ring.
     """
     n_proposals = 0
-    for make in (solid, lambda: solid("hole_z"), ring):
-        if n_proposals and make is ring:
+    for make in (solid, lambda: solid("hole_z"), half_ring):
+        if n_proposals and make is half_ring:
             break
         made = make()
         surface = made.surface if isinstance(made, Solid) else made
@@ -47,7 +56,7 @@ def check_structure(plugin: Callable) -> None:
             claim(bool(candidate.key), "a proposal has a key")
             claim(np.isfinite(candidate.cost), "a cost is finite", candidate.cost)
             claim(_volume(candidate) > 0, "a rough map keeps orientation")
-    claim(n_proposals > 0, "something is proposed for a block, a block with a hole, or a ring")
+    claim(n_proposals > 0, "something is proposed for a block, a block with a hole, or half a ring")
 
 
 def _volume(candidate: Candidate) -> float:

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from polycube.errors import InputError
-from polycube.hexmesh.cad_sets import cad_sets
+from polycube.hexmesh.named_sets import cad_sets
 from polycube.io.hex_meshes import read_hexes
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume

@@ -192,7 +192,9 @@ def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     assert genus(mesh) == measures.genus(surface) == 3
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1.5e-2)
     assert (scaled_jacobian(mesh.vertices, mesh.hexes) < 0.1).sum() < 10  # left to the fit
-    assert max(feature.distance for feature in inspect(mesh, surface).features) < 6e-3  # before the fit
+    assert (
+        max(feature.distance for feature in inspect(mesh, surface).features) < 6e-3
+    )  # before the fit
     assert len(mesh.hexes) < most
 
 

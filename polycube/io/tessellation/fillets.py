@@ -22,11 +22,24 @@ def bounded_segments(gmsh: ModuleType, faces: list[int], segments: int, coarse: 
     """
     number = 0.0
     for face in faces:
-        wanted = 2 * np.pi / (segments * max(_curvature(gmsh, 2, face), 1e-300))
+        bend, area, _ = found = _measures(gmsh, face)
+        wanted = 2 * np.pi / (segments * max(bend, 1e-300))
         if wanted < coarse:
-            number += _triangles(gmsh.model.occ.getMass(2, face), wanted)
+            own = _triangles(area, wanted)
+            number += min(own, MOST) if _is_fillet(*found) else own
     share = np.sqrt(MOST_OF_ALL / max(number, MOST_OF_ALL))
     return int(np.ceil(max(share, 0.5) * segments))
+
+
+def _measures(gmsh: ModuleType, face: int) -> tuple[float, float, float]:
+    """Largest curvature of a face, its area, and the length of its border."""
+    own = [tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False)]
+    around = sum(gmsh.model.occ.getMass(1, edge) for edge in own)
+    return _curvature(gmsh, 2, face), gmsh.model.occ.getMass(2, face), around
+
+
+def _is_fillet(bend: float, area: float, around: float) -> bool:
+    return bend * area < TURN * around / 2
 
 
 def _triangles(area: float, side: float) -> float:
@@ -53,12 +66,10 @@ def bound_sizes(
         own = [tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False)]
         for edge in own:
             edges.setdefault(edge, []).append(face)
-        bend = _curvature(gmsh, 2, face)
+        bend, area, _ = found = _measures(gmsh, face)
         wanted[face] = min(coarse, 2 * np.pi / (segments * max(bend, 1e-300)))
-        area = gmsh.model.occ.getMass(2, face)
-        around = sum(gmsh.model.occ.getMass(1, edge) for edge in own)
         number = _triangles(area, wanted[face])
-        if number > MOST and bend * area < TURN * around / 2:
+        if number > MOST and _is_fillet(*found):
             limit = min(coarse, np.sqrt(8 * SAGITTA * size / bend))
             larger[face] = max(wanted[face], min(limit, wanted[face] * np.sqrt(number / MOST)))
     if not larger:
