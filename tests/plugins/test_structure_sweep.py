@@ -24,6 +24,7 @@ from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.io.surfaces import read_surface
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
@@ -32,6 +33,7 @@ from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
+from tests.fixtures.cad_parts import write
 from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
@@ -103,6 +105,15 @@ def test_a_field_of_holes_is_one_section():
     assert genus(mesh) == 72 == measures.genus(surface)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.4
     assert len(mesh.hexes) < 72 * 60
+
+
+def test_the_quads_of_a_narrow_cell_do_not_overlap(tmp_path):
+    """Between the circles of a keyed shaft and of its shoulder, rings of both do not fit."""
+    surface, _ = read_surface(write("keyed", tmp_path))
+    mesh = hexes_of(surface)
+    check_conforming(mesh)
+    assert genus(mesh) == 0
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=0.01)
 
 
 @pytest.mark.parametrize("number", [8, 12, 16])

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.borders import Cell, borders
 from polycube.hexmesh.background.curves import Curve, Sizes
+from polycube.hexmesh.background.plane import cross
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
 
@@ -19,6 +20,8 @@ logger = logging.getLogger(__name__)
 SCALES = (1.0, 0.8)  # factors on the wanted size that are tried
 STEP = 0.05  # of the smallest sine of an angle: smaller differences are decided by size and mean
 SUFFICIENT = 0.7  # smallest sine above which only size and mean count
+OVERLAP = 0.1  # largest relative error of the area of a cell
+CHORDS = 0.02  # of the area of all cells: the same, for the chords of its curves
 SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 
@@ -66,6 +69,7 @@ def section(
         drafts.append(_draft(*borders(chains, loops, full, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
+    wanted = _areas(chains, loops)
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
@@ -78,11 +82,26 @@ def section(
                 mean,
             )
             rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
-            if least > 0 and rank > key:
+            if least > 0 and rank > key and _fills(flat, wanted):
                 best, key = flat, rank
     if best is None:
         raise NoQuadsError("all quad meshes of its section have folds")
     return best
+
+
+def _areas(chains: list[Curve], loops: list[list[list[int]]]) -> np.ndarray:
+    """(C,) area of each cell."""
+    half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
+    return np.array(
+        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
+    )
+
+
+def _fills(flat: Section, wanted: np.ndarray) -> bool:
+    """Whether the quads have the areas (C,) of the cells: rings may overlap in a narrow cell."""
+    a, b, c, d = np.moveaxis(flat.vertices[flat.quads], 1, 0)
+    area = np.bincount(flat.cell, cross(c - a, d - b) / 2, len(wanted))
+    return bool((abs(area - wanted) < OVERLAP * wanted + CHORDS * wanted.sum()).all())
 
 
 @dataclass(frozen=True, eq=False)
