@@ -1,7 +1,5 @@
 """The axis about which most of a surface is turned."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hexes along the axis of a turned part: a disc of quads, swept between two caps."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError

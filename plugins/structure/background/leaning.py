@@ -1,7 +1,5 @@
 """Faces that are neither across an axis nor along it, and their borders at constant heights."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, NoReturn
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hexes of a part whose leaning faces were set upright, moved back to the part."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The path of a bent bar or tube: lines and arcs, traced over its faces from one of its ends."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, NoReturn
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The profile of a turned part: curves (z, r) of its faces in the half-plane of its axis."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Faces of a surface perpendicular to an axis (caps), and along it (walls)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NoReturn
 

@@ -1,7 +1,5 @@
 """Planar graph of lines: coincident lines are merged, and crossings become points."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

@@ -1,7 +1,5 @@
 """A background grid: the columns of hexes over the quads of a plane section."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Borders of the cells of a section: points along them, rings of quads, structured grids."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Cells of a planar graph, and the slabs in which each is full."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Hexes of the columns above the quads of a section."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.background.background import Background

@@ -1,7 +1,5 @@
 """Curves of a planar graph: chains of its edges between corners, and quad edges along them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Quads of a section, with edges along all its curves."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import dataclass, replace
 from itertools import product

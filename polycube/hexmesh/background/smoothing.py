@@ -4,8 +4,6 @@ The shape energy of a corner with edges a and b and area d = a x b is (|a|^2 + |
 is 1 for a square. A small or negative d is replaced by a small positive area (Escobar et al. 2003).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polycube.hexmesh.background.plane import cross
