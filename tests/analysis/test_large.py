@@ -88,7 +88,7 @@ def test_conduction(monkeypatch):
 @pytest.mark.slow
 def test_steps_do_not_grow_with_the_number_of_hexes(monkeypatch, caplog):
     monkeypatch.setattr(preconditioner, "LIMIT", 0)
-    caplog.set_level(logging.INFO, "polycube.numerics")
+    caplog.set_level(logging.INFO, preconditioner.__name__)
     steps = []
     for n in (4, 8, 12):
         spline = cube(n, "h2s")
