@@ -142,14 +142,19 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def cad_vectors(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of the area vectors of each CAD face (R, 3) by its number, and its area (R,)."""
+    vectors = area_vectors(surface)
+    sums = np.stack([np.bincount(surface.region, column) for column in vectors.T], axis=1)
+    return sums, np.bincount(surface.region, np.linalg.norm(vectors, axis=1))
+
+
 def curved_faces(surface: TriMesh, tolerance: float = 1e-4) -> np.ndarray:
     """Whether each CAD face is not a plane, by its number.
 
     tolerance : share of its area that a plane may lose in the mean direction
     """
-    vectors = area_vectors(surface)
-    sums = np.stack([np.bincount(surface.region, column) for column in vectors.T], axis=1)
-    area = np.bincount(surface.region, np.linalg.norm(vectors, axis=1))
+    sums, area = cad_vectors(surface)
     return np.linalg.norm(sums, axis=1) < (1 - tolerance) * area
 
 

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
@@ -17,12 +16,11 @@ from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.path import path
-from polycube.registry import build
 from polycube.surface import measures
 from polycube.types import Candidate, TriMesh
+from tests.fixtures import columns
 from tests.fixtures.bent import SQUARE, bent
 from tests.fixtures.cad_parts import write
-from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box
 
 TURN = Rotation.random(random_state=3).as_matrix()
@@ -31,12 +29,7 @@ PIECES = st.lists(st.tuples(st.floats(0.5, 9), RADII, ANGLES), min_size=1, max_s
 
 
 def propose(surface: TriMesh, **options) -> list[Candidate]:
-    config = {"plugin": "bent", "curvature": None, **options}
-    plugin = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)
-    try:
-        return plugin(surface, ())
-    except MissingPackage:
-        pytest.skip("Gmsh does not load")
+    return columns.propose("bent", surface, **{"curvature": None, **options})
 
 
 def placed(surface: TriMesh, scale: float = 1.0) -> TriMesh:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.config import compose
-from polycube.errors import InputError, MissingPackage
+from polycube.errors import InputError
 from polycube.hexmesh.background.arrangement import arrangement
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
@@ -33,6 +33,7 @@ from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
+from tests.fixtures import columns
 from tests.fixtures.cad_parts import write
 from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
 from tests.fixtures.polycubes import PRIMITIVES
@@ -44,12 +45,7 @@ TURN = Rotation.random(random_state=3).as_matrix()
 
 
 def propose(surface: TriMesh, **options) -> list[Candidate]:
-    config = {"plugin": "sweep", **options}
-    plugin = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)
-    try:
-        return plugin(surface, ())
-    except MissingPackage:
-        pytest.skip("Gmsh does not load")
+    return columns.propose("sweep", surface, **options)
 
 
 def hexes_of(surface: TriMesh, **options) -> HexMesh:

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.smoothing import sines
 from polycube.hexmesh.connectivity import check_conforming, genus
@@ -18,12 +17,11 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.plugins.structure.background.axis import main_axis
 from polycube.plugins.structure.background.core import disc
 from polycube.plugins.structure.background.profile import profile
-from polycube.registry import build
 from polycube.surface import measures
 from polycube.surface.voxels import winding_numbers
 from polycube.types import Candidate, TriMesh
+from tests.fixtures import columns
 from tests.fixtures.machined import bored
-from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box
 from tests.fixtures.turned import BLIND, SHAFT, SHELL, SLEEVE, revolved
 
@@ -31,12 +29,7 @@ TURN = Rotation.random(random_state=3).as_matrix()
 
 
 def propose(surface: TriMesh, **options) -> list[Candidate]:
-    config = {"plugin": "turned", "curvature": None, **options}
-    plugin = build("structure", config, grid=(1, 1, 1), primitives=PRIMITIVES)
-    try:
-        return plugin(surface, ())
-    except MissingPackage:
-        pytest.skip("Gmsh does not load")
+    return columns.propose("turned", surface, **{"curvature": None, **options})
 
 
 def placed(surface: TriMesh, scale: float = 1.0) -> TriMesh:

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from polycube.errors import MissingPackage
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import Sizes
 from polycube.hexmesh.connectivity import check_conforming, genus
@@ -20,13 +19,12 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.stack import stack
 from polycube.plugins.structure.background.upright import Upright, upright
-from polycube.registry import build
 from polycube.surface import measures
 from polycube.types import HexMesh, TriMesh
+from tests.fixtures import columns
 from tests.fixtures.cad_parts import write
 from tests.fixtures.lofted import CHAMFERED, DRAFTED, SQUARE, inset, lofted
 from tests.fixtures.machined import bored
-from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import torus
 from tests.fixtures.turned import revolved
 
@@ -46,13 +44,7 @@ def set_upright(surface: TriMesh, axis: np.ndarray) -> Upright:
 
 
 def hexes_of(surface: TriMesh, **options) -> HexMesh:
-    plugin = build(
-        "structure", {"plugin": "sweep", **options}, grid=(1, 1, 1), primitives=PRIMITIVES
-    )
-    try:
-        [candidate] = plugin(surface, ())
-    except MissingPackage:
-        pytest.skip("Gmsh does not load")
+    [candidate] = columns.propose("sweep", surface, **options)
     return candidate.blocks
 
 

@@ -1,13 +1,13 @@
 """The path of a bent bar or tube: lines and arcs, traced over its faces from one of its ends."""
 
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.plane import frame, to_lines
 from polycube.surface.measures import (
-    area_vectors,
+    cad_vectors,
     curved_faces,
     diagonal,
     half_edges,
@@ -87,8 +87,7 @@ def path(surface: TriMesh) -> Path:
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
-    vectors = area_vectors(surface)
-    sums = np.stack([np.bincount(surface.region, c) for c in vectors.T], axis=1)
+    sums, _ = cad_vectors(surface)
     size = np.linalg.norm(sums, axis=1)
     planes = np.flatnonzero(~curved_faces(surface, PLANE) & (size > 0))
     one, two = twins(surface.faces)
@@ -123,7 +122,7 @@ def _traced(
         beyond = faces[here][~np.isin(faces[here], list(seen))]
         group = set(beyond.tolist())
         if len(beyond) < len(here):
-            _refuse(surface, ends[here[0], 0])
+            raise NoBackgroundError("its section is not constant along a path")
         own = np.isin(faces, list(group))
         after = np.setdiff1d(np.flatnonzero(own.any(axis=1) & ~own.all(axis=1)), here)
         seen |= group
@@ -139,17 +138,18 @@ def _traced(
         off = to_lines(flat, lines)[0].min(axis=1)
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max()
         if off.max() > near + SAG * chord or min(share.min(), 1 - share.max()) < -1e-6:
-            _refuse(surface, used[off.argmax()])
+            where = place(surface, x[used[off.argmax()]])
+            raise NoBackgroundError(f"its section is not constant along a path near {where}")
         seams = ends[own.all(axis=1)].ravel()
         marks.append(flat[np.isin(used, seams)])
         normal = motion.move(x[:1] + normal, np.ones(1))[0] - motion.move(x[:1], np.ones(1))[0]
         motions.append(motion)
         here = after
     if seen != set(faces.ravel().tolist()) or len(group) != 1:
-        _refuse(surface, ends[~np.isin(faces, list(seen)).all(axis=1)][:1, 0].sum())
+        raise NoBackgroundError("its path ends before all faces are passed")
     if not any(motion.angle for motion in motions):
         raise NoBackgroundError("it has no bend")
-    return _path(x, lines, np.concatenate(marks), motions, origin, rows)
+    return _path(lines, np.concatenate(marks), motions, origin, rows)
 
 
 def _motion(x: np.ndarray, here: np.ndarray, normal: np.ndarray, after: np.ndarray) -> Motion:
@@ -186,7 +186,6 @@ def _motion(x: np.ndarray, here: np.ndarray, normal: np.ndarray, after: np.ndarr
 
 
 def _path(
-    x: np.ndarray,
     lines: np.ndarray,
     marks: np.ndarray,
     motions: list[Motion],
@@ -208,8 +207,3 @@ def _path(
         out = place(np.column_stack([flat, np.full(len(flat), low)])) - motion.centre
         radius.append(float((out @ motion.ahead).max()) if motion.angle else 0.0)
     return Path(background, motions, np.array(radius))
-
-
-def _refuse(surface: TriMesh, vertex: int) -> NoReturn:
-    where = place(surface, surface.vertices[vertex])
-    raise NoBackgroundError(f"its section is not constant along a path near {where}")

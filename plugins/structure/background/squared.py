@@ -39,7 +39,8 @@ class Hole(NamedTuple):
     across : (3,) unit vector, perpendicular to its direction and to the upright axis
     middle : (2,) its centre: along `across`, and the height
     extent : (2,) half its width and half its height
-    sides : (2,) heights of the lower and the upper side of its square
+    wide : least half width of its square beside the windows, relative to that of the hole
+    sides : (2,) heights of the lower and the upper side of the square
     rims : vertices of the loops around it
     windows : vertices of the other loops at its border, where other holes meet it
     """
@@ -48,9 +49,15 @@ class Hole(NamedTuple):
     across: np.ndarray
     middle: np.ndarray
     extent: np.ndarray
+    wide: float
     sides: np.ndarray
     rims: list[np.ndarray]
     windows: list[np.ndarray]
+
+    @property
+    def width(self) -> float:
+        """Half the width of the square."""
+        return float(max(HALF, self.wide) * self.extent[0])
 
     def parts(self, sizes: Sizes) -> int:
         """Number of edges along each side of the square that its roundness requires."""
@@ -62,9 +69,9 @@ class Hole(NamedTuple):
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides, and the length of edges there."""
-        places, half = at[np.unique(faces[self.faces])], HALF * self.extent[0]
-        inner = abs(places @ self.across - self.middle[0]) < INNER * half
-        length = np.full(inner.sum(), 2 * half / self.parts(sizes))
+        places = at[np.unique(faces[self.faces])]
+        inner = abs(places @ self.across - self.middle[0]) < INNER * self.width
+        length = np.full(inner.sum(), 2 * self.width / self.parts(sizes))
         return np.column_stack([places[inner, :2], length])
 
 
@@ -163,8 +170,11 @@ def _hole(
                 for is_round in (True, False)
             )
             extent = (high - low) / 2
+            seen = np.concatenate([np.zeros((0, 2)), *(flat[loop] for loop in windows)])
+            wide = abs(seen[:, 0] - middle[0]).max(initial=0) / extent[0]
+            wide += min(BESIDE, (1 - wide) / 2)
             sides = middle[1] + HALF * extent[1] * np.array([-1, 1])
-            return Hole(ring, across, middle, extent, sides, rims, windows)
+            return Hole(ring, across, middle, extent, wide, sides, rims, windows)
     return None
 
 
@@ -206,10 +216,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     local = local.reshape(-1, 3)
     before = np.stack([at[used] @ hole.across, at[used, 2]], axis=1)
     x, y = ((before - hole.middle) / hole.extent).T
-    seen = np.searchsorted(used, np.concatenate([used[:0], *hole.windows]))
-    wide = abs(x[seen]).max(initial=0)
-    wide += min(BESIDE, (1 - wide) / 2)
-    edge = np.arccos(np.clip(wide, np.sqrt(0.5), 1))
+    edge = np.arccos(np.clip(hole.wide, np.sqrt(0.5), 1))
     # the same angle in the first quadrant, where the edge between two sides comes to 45 degrees
     turn = np.interp(np.arctan2(abs(y), abs(x)), [0, edge, np.pi / 2], [0, np.pi / 4, np.pi / 2])
     angle = np.arctan2(np.sign(y) * np.sin(turn), np.sign(x) * np.cos(turn))
@@ -221,7 +228,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    half, (low, high) = max(HALF, wide) * hole.extent[0], hole.sides
+    half, (low, high) = hole.width, hole.sides
     corner = np.array([[half, low], [half, high], [-half, high], [-half, low], [half, low]])
     flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
     flat[:, 0] += hole.middle[0]
@@ -230,7 +237,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
         known = rim[np.argsort(before[rim, 0], kind="stable")]
         along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
     for window in (np.searchsorted(used, loop) for loop in hole.windows):
-        if wide > 1 or on_side[window][:, ::2].any():
+        if hole.wide >= 1 or on_side[window][:, ::2].any():
             where = place(surface, surface.vertices[used[window[0]]])
             raise NoBackgroundError(f"holes meet at their sides near {where}")
         flat[window, 0] = before[window, 0]
