@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
@@ -19,9 +17,7 @@ class Polish:
     Parameters
     ----------
     features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
-    sufficient : a mesh on the surface with this smallest scaled Jacobian is not changed; null:
-        every mesh is
-    hold : in the local rounds, vertices on curved creases and curved CAD faces do not slide
+    hold : vertices on curved creases and curved CAD faces do not slide, and no crease is recovered
     release : with soft features: release all curves from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
@@ -32,7 +28,6 @@ class Polish:
     """
 
     features: str = setting("meshing.features", MeshingSettings.features)
-    sufficient: float | None = None
     hold: bool = False
     release: bool = False
     soft_rounds: int = 8
@@ -60,7 +55,6 @@ class Polish:
             goal,
             features=mode == "exact" or (mode == "soft" and not self.release),
             exact=mode == "exact",
-            sufficient=np.inf if self.sufficient is None else self.sufficient,
             hold=self.hold,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,

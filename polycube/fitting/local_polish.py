@@ -54,7 +54,7 @@ def raise_worst(
     at: Goals,
     cover: Springs,
     beta: float,
-    held: np.ndarray | None = None,
+    moves: np.ndarray | None = None,
 ) -> np.ndarray:
     """Positions (V, 3) with a higher soft minimum close to the worst hexes.
 
@@ -62,14 +62,14 @@ def raise_worst(
     at : goals of x; vertices at their goals stay on the surface
     cover : springs from the target to all boundary quads
     beta : sharpness of the minimum
-    held : (V,) whether a vertex does not move; None: all move
+    moves : (V,) vertices that may move; None: all
     """
     jacobian = problem.scaled_jacobian(x)
     seeds = np.argsort(jacobian, kind="stable")[:MOST]
     seeds = seeds[jacobian[seeds] < jacobian.min() + BAND]
     part = region(problem.hexes, len(x), seeds, RINGS)
-    if held is not None:
-        part = replace(part, moves=part.moves & ~held[part.vertices])
+    if moves is not None:
+        part = replace(part, moves=part.moves & moves[part.vertices])
     start = np.ascontiguousarray(x[part.vertices])
     lengths = np.ascontiguousarray(lengths[part.hexes])
     floor = min(0.5 * energy.least_determinant(start, part.corners, lengths), 1e-3)

@@ -53,7 +53,6 @@ def polish(
     *,
     features: bool = True,
     exact: bool = False,
-    sufficient: float = np.inf,
     hold: bool = False,
     release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
@@ -66,8 +65,7 @@ def polish(
 
     features : also move vertices onto the curves of the surface
     exact : features are not released
-    sufficient : a state with this score is not improved
-    hold : in the local rounds, vertices on curved creases and curved CAD faces do not slide
+    hold : vertices on curved creases and curved CAD faces do not slide, and no crease is recovered
     release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
@@ -76,12 +74,12 @@ def polish(
     passes = INVERTING if exact else tuple(release_below)
     rounds = soft_rounds, hard_rounds
     initial, matching, best = _after_soft_and_hard(
-        mesh, target, features, exact, sufficient, passes, rounds, samples
+        mesh, target, features, exact, hold, passes, rounds, samples
     )
-    if best.score < sufficient:
-        problem = copy(initial)  # the matches of the last search belong to the copy
-        held = on_curved(problem, matching) if hold else None
-        best = _local(problem, matching, best, local_rounds, held)
+    problem = copy(initial)  # the matches of the last search belong to the copy
+    moves = ~on_curved(problem, matching) if hold else None
+    best = _local(problem, matching, best, local_rounds, moves)
+    if not hold:
         best = recover_creases(problem, matching, best, crease_rounds)
     logger.info(
         "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
@@ -97,7 +95,7 @@ def _after_soft_and_hard(
     target: Target,
     features: bool,
     exact: bool,
-    sufficient: float,
+    hold: bool,
     passes: tuple[float, ...],
     rounds: tuple[int, int],
     samples: int,
@@ -109,11 +107,10 @@ def _after_soft_and_hard(
     if exact:
         matching = with_tolerances(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
-    if best.score >= sufficient:
-        return problem, matching, best
+    moves = ~on_curved(problem, matching) if hold else None
     for least in passes if matching.routes else passes[:1]:
-        best = _soft(problem, x, matching, best, rounds[0], least)
-        best = _hard(problem, matching, best, rounds[1])
+        best = _soft(problem, x, matching, best, rounds[0], least, moves)
+        best = _hard(problem, matching, best, rounds[1], moves)
         if best.score > GOOD:
             break
         x = best.x
@@ -142,6 +139,7 @@ def _soft(
     best: State,
     rounds: int,
     release_below: float,
+    moves: np.ndarray | None,
 ) -> State:
     """Best projected state of rounds with springs at the boundary, weak below `release_below`."""
     jacobian = problem.scaled_jacobian(x)
@@ -161,7 +159,7 @@ def _soft(
         ]
         offset = float(np.clip(jacobian.min(), -0.2, 0.5))
         terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
-        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 20)
+        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 20, moves)
         jacobian = problem.scaled_jacobian(x)
         trust = _relaxed(trust, problem.touching(jacobian < release_below), 1.3)
         hold = _relaxed(hold, problem.touching(jacobian < 0.15), 1.5)
@@ -175,7 +173,9 @@ def _soft(
     return best
 
 
-def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> State:
+def _hard(
+    problem: FitProblem, matching: Matching, best: State, rounds: int, moves: np.ndarray | None
+) -> State:
     """Best projected state of rounds with stiff springs, starting from the given one."""
     x, trust = best.x, best.trust
     found = 0  # round of the best state
@@ -194,7 +194,7 @@ def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> 
         ]
         offset = float(np.clip(problem.scaled_jacobian(x).min(), -0.2, 0.6))
         terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
-        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 25)
+        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 25, moves)
         least = max(min(best.score - 0.02, 0.6), 0.02)
         new = snap(problem, x, goals_of(problem, x, matching, trust), least, trust)
         if new.score > best.score:
@@ -206,7 +206,7 @@ def _hard(problem: FitProblem, matching: Matching, best: State, rounds: int) -> 
 
 
 def _local(
-    problem: FitProblem, matching: Matching, best: State, rounds: int, held: np.ndarray | None
+    problem: FitProblem, matching: Matching, best: State, rounds: int, moves: np.ndarray | None
 ) -> State:
     """Best state of rounds close to the worst hexes; the minimum is sharpened at small gain.
 
@@ -218,7 +218,7 @@ def _local(
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
         x = raise_worst(
-            problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta, held
+            problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta, moves
         )
         at = goals_of(problem, x, matching, trust)
         least = max(best.score - 0.02, 0.02)
