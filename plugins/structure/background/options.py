@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+GOOD = 0.5  # smallest scaled Jacobian of exact hexes with which no others are proposed
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ColumnStructure(Structure):
@@ -66,7 +68,7 @@ class ColumnStructure(Structure):
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
-        """One candidate with hexes, or none if the part has no such section."""
+        """One candidate with hexes; none if the part has no such section, or good hexes already."""
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
         from polycube.hexmesh.generation.quads import NoQuadsError
@@ -76,6 +78,9 @@ class ColumnStructure(Structure):
         brick = full_cell(self.primitives)
         if brick is None:
             logger.info("%s: no primitive is a full cell; nothing is proposed", self.proposal)
+            return []
+        if any(_is_good(candidate) for candidate in candidates):
+            logger.info("%s: there are good hexes already; nothing is proposed", self.proposal)
             return []
         try:
             sizes = self._sizes(surface)
@@ -143,3 +148,13 @@ class ColumnStructure(Structure):
         NoBackgroundError, NoQuadsError
             If it has no such section.
         """
+
+
+def _is_good(candidate: Candidate) -> bool:
+    """Whether a candidate has exact hexes of a good shape."""
+    from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+
+    mesh = candidate.blocks
+    if candidate.tier != Tier.EXACT or mesh is None:
+        return False
+    return bool(scaled_jacobian(mesh.vertices, mesh.hexes).min() > GOOD)

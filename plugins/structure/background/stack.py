@@ -26,7 +26,9 @@ PLANE = 0.01  # share of the area that a nearly plane face may lose in its mean 
 AXES = 6  # number of directions tried, those of the largest planes
 
 
-def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
+def stack(
+    surface: TriMesh, sizes: Sizes, axis: np.ndarray | None = None
+) -> tuple[Background, Upright | None]:
     """The stack of slabs with the smallest changes and the fewest levels; its surface if changed.
 
     Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
@@ -34,6 +36,10 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     If CAD faces lean for every axis, they are set upright or flat in the surface, and round holes
     across the axis are made square. Parts of planes only are not changed, because polycubes of
     such parts have fewer hexes.
+
+    Parameters
+    ----------
+    axis : (3,) the axis, if it is given
 
     Raises
     ------
@@ -43,7 +49,7 @@ def stack(surface: TriMesh, sizes: Sizes) -> tuple[Background, Upright | None]:
     """
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)
-    pairs, axes = twins(surface.faces), list(_axes(known))
+    pairs, axes = twins(surface.faces), list(_axes(known)) if axis is None else [axis]
     has_round_face = len(surface.region) and curved_faces(surface, PLANE).any()
     reasons = []
     for may_lean in (False, True)[: 1 + has_round_face]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
+
 from polycube.registry import register
 from polycube.types import HexMesh, TriMesh
 
@@ -28,12 +30,24 @@ class Sweep(ColumnStructure):
 
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a stack of slabs."""
+        return self.swept(surface, sizes)
+
+    def swept(self, surface: TriMesh, sizes: Sizes, lines: np.ndarray | None = None) -> HexMesh:
+        """The hexes of a stack of slabs.
+
+        lines : (N, 2, 2) further lines of the section in the plane z = 0, across the axis z; None
+            if the axis is not given
+        """
         from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.plane import frame
 
         from .moved_back import moved_back
         from .stack import stack
 
-        part, straight = stack(surface, sizes)
+        axis = None if lines is None else np.array([0.0, 0.0, 1.0])
+        part, straight = stack(surface, sizes, axis)
+        if lines is not None:
+            part = part.with_lines(lines @ frame(axis)[:2, :2].T)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
         flat, full = self.section(straight.surface if straight else surface, part, sizes)

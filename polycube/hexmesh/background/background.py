@@ -1,7 +1,7 @@
 """A background grid: the columns of hexes over the quads of a plane section."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,3 +33,12 @@ class Background:
     levels: np.ndarray
     place: Callable[[np.ndarray], np.ndarray]
     is_cyclic: bool = False
+
+    def with_lines(self, lines: np.ndarray) -> "Background":
+        """With further lines (N, 2, 2) in the section."""
+        new = len(self.points) + np.arange(2 * len(lines)).reshape(-1, 2)
+        return replace(
+            self,
+            points=np.concatenate([self.points, lines.reshape(-1, 2)]),
+            lines=np.concatenate([self.lines, new]),
+        )
