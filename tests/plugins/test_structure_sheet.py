@@ -80,7 +80,7 @@ def test_other_parts_are_refused_with_the_reason(caplog):
         unfolded(bent(STRIP, [(9, 0, 0)]))
     with pytest.raises(NoBackgroundError, match="it is not a thin sheet"):
         unfolded(bent(SQUARE, [(2, 3, 90)]))
-    with pytest.raises(NoBackgroundError, match="inner radius of a bend is 0|not a thin sheet"):
+    with pytest.raises(NoBackgroundError, match=r"inner radius of a bend is 0|not a thin sheet"):
         unfolded(bent(STRIP, [(9, 0.5, 90), (9, 0, 0)]))  # from its outer or its inner side
     uneven = bent(STRIP, [(9, 2, 90), (9, 0, 0)])
     end = np.unique(uneven.faces[uneven.region == 2])

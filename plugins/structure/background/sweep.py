@@ -15,6 +15,8 @@ from .options import ColumnStructure
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
+UPWARD = np.array([0.0, 0.0, 1.0])
+
 
 @register("structure", "sweep")
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,10 +46,9 @@ class Sweep(ColumnStructure):
         from .moved_back import moved_back
         from .stack import stack
 
-        axis = None if lines is None else np.array([0.0, 0.0, 1.0])
-        part, straight = stack(surface, sizes, axis)
+        part, straight = stack(surface, sizes, None if lines is None else UPWARD)
         if lines is not None:
-            part = part.with_lines(lines @ frame(axis)[:2, :2].T)
+            part = part.with_lines(lines @ frame(UPWARD)[:2, :2].T)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
         flat, full = self.section(straight.surface if straight else surface, part, sizes)
