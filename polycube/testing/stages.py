@@ -20,6 +20,7 @@ from polycube.testing.solids import (
     PLACE,
     SIDES,
     Solid,
+    channel,
     claim,
     claim_array,
     half_ring,
@@ -35,11 +36,12 @@ NEAR = 0.02  # of the diagonal: permitted distance of a fit from the block
 def check_structure(plugin: Callable) -> None:
     """Proposals with the genus of the surface, manifold boundary and positive orientation.
 
-    The parts are a block, a block with a hole, and, if nothing is proposed for these, half a ring.
+    The parts are a block, a block with a hole, and, if nothing is proposed for these, half a
+    ring and a bent strip.
     """
     n_proposals = 0
-    for make in (solid, lambda: solid("hole_z"), half_ring):
-        if n_proposals and make is half_ring:
+    for make in (solid, lambda: solid("hole_z"), half_ring, channel):
+        if n_proposals and make in (half_ring, channel):
             break
         made = make()
         surface = made.surface if isinstance(made, Solid) else made
@@ -56,7 +58,10 @@ def check_structure(plugin: Callable) -> None:
             claim(bool(candidate.key), "a proposal has a key")
             claim(np.isfinite(candidate.cost), "a cost is finite", candidate.cost)
             claim(_volume(candidate) > 0, "a rough map keeps orientation")
-    claim(n_proposals > 0, "something is proposed for a block, a block with a hole, or half a ring")
+    claim(
+        n_proposals > 0,
+        "something is proposed for a block, with or without a hole, half a ring or a bent strip",
+    )
 
 
 def _volume(candidate: Candidate) -> float:
