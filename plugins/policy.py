@@ -12,6 +12,8 @@ from polycube.registry import build, choice, register, setting
 
 # smallest expected gain for each unit of work, by effort
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
+PATIENCE = 40.0  # work without a gain, after a valid mesh, that doubles the price
+SMALL = 0.02  # gain that is none
 
 
 @register("policy", "best_gain")
@@ -19,7 +21,8 @@ PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 class BestGain(Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
-    While there is no mesh, every move is worth its price.
+    While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
+    the work since the last gain.
 
     Parameters
     ----------
@@ -46,6 +49,15 @@ class BestGain(Policy):
                 return
             expected, move = max(rated, key=lambda each: each[0].gain / each[0].work)
             is_free = history.leader is None and expected.gain > 0
-            if not is_free and expected.gain <= PRICE[self.effort] * expected.work:
+            price = PRICE[self.effort] * (1 + _fruitless(history) / PATIENCE)
+            if not is_free and expected.gain <= price * expected.work:
                 return
             yield move, expected
+
+
+def _fruitless(history: Any) -> float:
+    """Work of the moves since the last gain; 0 while there is no valid mesh."""
+    if history.leader is None or not history.leader.verdict.is_valid:
+        return 0.0
+    gains = [number for number, row in enumerate(history.table, 1) if row.gain > SMALL]
+    return sum(row.work for row in history.table[max(gains, default=0) :])

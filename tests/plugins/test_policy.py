@@ -1,5 +1,6 @@
 """Which move is next: the one with the most expected gain for its work, while it is worth it."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.kinds import Expected
+from polycube.numerics.lbfgs import count_more
 from polycube.plugins import policy as module
 from polycube.plugins.policy import PRICE, BestGain
-from polycube.search.loop import search
+from polycube.search.loop import SECOND, search
 from polycube.search.moves import Cure, FitPartly, MeshStructure, Propose, possible
 from polycube.stages import Stage
 from polycube.state import RunState
-from polycube.types import Tier
+from polycube.types import HexMesh, Tier, TriMesh
 from tests.fixtures.stages import (
     CALLS,
     TETRAHEDRON,
@@ -78,6 +80,24 @@ def test_the_search_ends_when_nothing_is_worth_its_work(effort, monkeypatch):
     expecting(monkeypatch, lambda move: gains[move.variant])
     found = searched(history(STAGES, grown(1.0, 2.0, 3.0, 4.0, 5.0)), effort=effort)
     assert variants(found) == [0, 1, 2]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Takes as much work as doubles the price."""
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
+        count_more(Counter(work=int(module.PATIENCE * SECOND)))
+        return hexes
+
+
+@pytest.mark.parametrize(("worth", "number"), [(1.5, 2), (2.5, 3), (4.5, 5)])
+def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkeypatch):
+    expecting(monkeypatch, lambda move: worth * PRICE["normal"])
+    found = searched(
+        history([*STAGES, Stage("meshing/cure", Effort())], grown(*np.linspace(1, 0.1, 9)))
+    )
+    assert variants(found) == list(range(number))
 
 
 def test_thorough_pays_ten_times_as_much():
