@@ -18,6 +18,8 @@ class Polish:
     ----------
     features : exact, soft, off or auto; soft: vertices leave the curves where hexes are poor
     hold : vertices on curved creases and curved CAD faces do not slide, and no crease is recovered
+    free_below : scaled Jacobian of hexes beside which held vertices slide in the end, if no more
+        features are lost then
     release : with soft features: release all curves from the start
     soft_rounds : rounds with the boundary held by weak springs
     hard_rounds : rounds with the boundary held by strong springs
@@ -29,6 +31,7 @@ class Polish:
 
     features: str = setting("meshing.features", MeshingSettings.features)
     hold: bool = False
+    free_below: float = 0.5
     release: bool = False
     soft_rounds: int = 8
     hard_rounds: int = 4
@@ -44,22 +47,39 @@ class Polish:
 
         If the boundary crosses itself at a few places, it is repaired there.
         """
-        from polycube.fitting.polish import polish
         from polycube.fitting.uncrossing import without_crossings
+        from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+        from polycube.surface.fit_target import target
+
+        best = self._polished(surface, hexes, 0.0)
+        if self.hold and scaled_jacobian(best.vertices, best.hexes).min() < self.free_below:
+            freer = self._polished(surface, hexes, self.free_below)
+            if _lost(freer, surface) <= _lost(best, surface):
+                best = freer
+        return without_crossings(best, target(surface))
+
+    def _polished(self, surface: TriMesh, hexes: HexMesh, free_below: float) -> HexMesh:
+        from polycube.fitting.polish import polish
         from polycube.surface.fit_target import target
 
         mode = features_of(self.features, surface)
-        goal = target(surface)
-        best = polish(
+        return polish(
             hexes,
-            goal,
+            target(surface),
             features=mode == "exact" or (mode == "soft" and not self.release),
             exact=mode == "exact",
             hold=self.hold,
+            free_below=free_below,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,
             crease_rounds=self.crease_rounds,
             samples=self.samples,
         )
-        return without_crossings(best, goal)
+
+
+def _lost(mesh: HexMesh, surface: TriMesh) -> int:
+    """Number of CAD points, curves and faces that a mesh loses."""
+    from polycube.hexmesh.inspection import inspect
+
+    return sum(feature.is_lost for feature in inspect(mesh, surface).features)

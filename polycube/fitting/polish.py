@@ -54,6 +54,7 @@ def polish(
     features: bool = True,
     exact: bool = False,
     hold: bool = False,
+    free_below: float = 0.0,
     release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
@@ -66,6 +67,7 @@ def polish(
     features : also move vertices onto the curves of the surface
     exact : features are not released
     hold : vertices on curved creases and curved CAD faces do not slide, and no crease is recovered
+    free_below : scaled Jacobian of hexes beside which held vertices slide after all, at the end
     release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
@@ -79,6 +81,9 @@ def polish(
     problem = copy(initial)  # the matches of the last search belong to the copy
     moves = ~on_curved(problem, matching) if hold else None
     best = _local(problem, matching, best, local_rounds, moves)
+    if moves is not None and best.jacobian < free_below:
+        moves |= problem.touching(problem.scaled_jacobian(best.x) < free_below)
+        best = _local(problem, matching, best, local_rounds, moves)
     if not hold:
         best = recover_creases(problem, matching, best, crease_rounds)
     logger.info(
