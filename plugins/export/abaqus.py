@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import ClassVar
 
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
+from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .problem import WithProblem
-from .text import count, lines, narrow, wrapped, write
+from .text import count, lines, narrow, wrapped
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
 OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
@@ -24,7 +23,7 @@ ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 
 @register("export", "abaqus")
 @dataclass(frozen=True)
-class Abaqus(WithProblem):
+class Abaqus(WithProblem, TextFormat):
     """Abaqus and CalculiX (.inp): mesh, sets, and the problem of `analysis`, ready to run.
 
     Parameters
@@ -50,14 +49,8 @@ class Abaqus(WithProblem):
     def _nodes(self) -> int:
         return 20 if self.element.startswith("C3D20") else 8
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path.
-
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
-        """
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
         from polycube.analysis.problem import Conduction
         from polycube.spline.second_order import hex_elements
 
@@ -82,7 +75,7 @@ class Abaqus(WithProblem):
             parts += deck(loads, sides, called)
         elif self.step:
             parts.append("** no problem is given: add material, section and step\n")
-        return write(path.with_suffix(self.suffix), *parts)
+        return parts
 
 
 def _node(row: list[float]) -> str:

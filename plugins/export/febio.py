@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from polycube.registry import BY_RUN, register
-from polycube.types import HexMesh, Spline
+from polycube.registry import register
+from polycube.types import HexMesh
 
+from .format import TextFormat, WithNodes, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .problem import WithProblem
-from .text import count, lines, wrapped, write
+from .text import count, lines, wrapped
 
 if TYPE_CHECKING:
     from .loads import Loads
@@ -30,7 +29,7 @@ CONTROL = """<Control>
 
 @register("export", "febio")
 @dataclass(frozen=True)
-class Febio(WithProblem):
+class Febio(WithNodes, WithProblem, TextFormat):
     """FEBio 4 (.feb): mesh, sets, and the statics of `analysis`, ready to run.
 
     There is a part for each grid cell, and named sets of nodes, faces and hexes. FEBio solves
@@ -43,26 +42,15 @@ class Febio(WithProblem):
     step : also write material, supports and loads of `analysis`; false: only mesh and sets
     """
 
-    nodes: int = 8
-    spline: Spline | None = field(default=None, metadata=BY_RUN)
-
     def __post_init__(self) -> None:
         if self.nodes not in (8, 20):
             raise ValueError(f"nodes must be 8 or 20; got {self.nodes!r}")
 
     suffix: ClassVar[str] = ".feb"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path.
-
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
-        """
-        from polycube.spline.second_order import hex_elements
-
-        own, parts = hex_elements(hexes, self.spline, self.nodes), blocks(hexes)
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
+        own, parts = self.elements(hexes), blocks(hexes)
         loads, named = self.loads(hexes, own), renamed(hexes, NAME, ascii_only=False)
         text = []
         for part, rows in parts.items():
@@ -80,14 +68,13 @@ class Febio(WithProblem):
             called = dict(zip(side_sets(hexes), named.sets, strict=True))
             before, new, after = _problem(loads, parts, called)
         units = f"{loads.units}\n" if loads else ""
-        return write(
-            path.with_suffix(self.suffix),
+        return [
             '<?xml version="1.0" encoding="UTF-8"?>\n<febio_spec version="4.0">\n',
             f"<!--\n{units}{legend(named).replace('--', '- -')}-->\n",
             f'<Module type="solid"/>\n{before}<Mesh>\n<Nodes name="all">\n',
             lines(count(own.points), '<node id="%d">%.17g,%.17g,%.17g</node>'),
             f"</Nodes>\n{''.join(text)}{new}</Mesh>\n{after}</febio_spec>\n",
-        )
+        ]
 
 
 def _problem(loads: Loads, parts: Iterable[str], called: Mapping[str, str]) -> tuple[str, str, str]:

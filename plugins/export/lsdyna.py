@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -12,9 +11,9 @@ import numpy as np
 from polycube.registry import register
 from polycube.types import HexMesh
 
+from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .problem import WithProblem
-from .text import count, lines, wrapped, write
+from .text import count, lines, wrapped
 
 if TYPE_CHECKING:
     from .loads import Loads
@@ -26,7 +25,7 @@ STATICS += ["*DATABASE_BINARY_D3PLOT", "1."]
 
 @register("export", "lsdyna")
 @dataclass(frozen=True)
-class LsDyna(WithProblem):
+class LsDyna(WithProblem, TextFormat):
     """LS-DYNA keywords (.k): mesh, sets, and statics or modes of `analysis`, ready to run.
 
     There is a part for each grid cell, and named sets of nodes, segments and parts. Of heat
@@ -40,18 +39,10 @@ class LsDyna(WithProblem):
 
     suffix: ClassVar[str] = ".k"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path.
-
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
-        """
-        from polycube.spline.second_order import hex_elements
-
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
-        loads, known = self.loads(hexes, hex_elements(hexes, None, 8)), list(side_sets(hexes))
+        loads, known = self.loads(hexes), list(side_sets(hexes))
         hexes = renamed(hexes, TITLE)
         nodes = list(node_sets(hexes).items())
         segments = [(name, hexes.quads[own]) for name, own in side_sets(hexes).items()]
@@ -68,7 +59,7 @@ class LsDyna(WithProblem):
         for k, (name, own) in enumerate(primitive_sets(hexes).items(), start=1):
             in_set = np.unique(hexes.cell[own]) + 1
             parts.append(_set("PART_LIST", name, k) + wrapped(in_set, 8, "%10d"))
-        return write(path.with_suffix(self.suffix), *parts, problem, "*END\n")
+        return [*parts, problem, "*END\n"]
 
 
 def _problem(
