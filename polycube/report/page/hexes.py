@@ -1,7 +1,6 @@
 """The section of the hex mesh: measures, certificate, worst hexes, distances, counts."""
 
 from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -17,10 +16,6 @@ from polycube.state import RunState
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 
-FARTHEST = {
-    "place farthest from the input": "mesh_to_surface_max_at",
-    "place of the input farthest from the mesh": "surface_to_mesh_max_at",
-}
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 N_SHOWN = 10  # rows, the worst first
 KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
@@ -46,7 +41,7 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         measures=_measures(numbers),
         spreads=_spreads(numbers),
         worst=_worst(numbers, unit),
-        deviation=_deviation(state.surface, numbers, unit),
+        deviation=_deviation(state.surface, numbers),
         primitives=_primitives(state, mesh),
     )
 
@@ -144,17 +139,15 @@ def _worst(numbers: Json, unit: str) -> list[Row]:
     ]
 
 
-def _deviation(surface: TriMesh, numbers: Json, unit: str) -> Json | None:
+def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
     """Distances from the input, in per cent of the diagonal and as lengths."""
     if "surface_to_mesh_max" not in numbers:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    found = numbers.get("deviation", {})
     return {
         "rows": distance_rows(numbers, ways, diagonal(surface)),
-        "far": f"{show(found.get('mesh_to_surface_max'))} {unit}",
-        "places": {name: _point(found.get(key)) for name, key in FARTHEST.items()},
+        "lengths": numbers.get("deviation", {}),
     }
 
 
@@ -192,10 +185,6 @@ def _improved(report: Json) -> list[Row]:
         }
         for name, numbers in {"as given": given, "improved": made}.items()
     ]
-
-
-def _point(where: Sequence[float] | None) -> str | None:
-    return None if where is None else coordinates(where)
 
 
 def _spaced(measure: str) -> str:
