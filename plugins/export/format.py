@@ -33,7 +33,7 @@ class TextFormat(ABC):
         InputError
             If a place of the problem does not exist on the boundary of the mesh.
         """
-        return write(path.with_suffix(self.suffix), *self.parts(hexes))
+        return write(path.with_suffix(self.suffix), self.parts(hexes))
 
     @abstractmethod
     def parts(self, hexes: HexMesh) -> Iterable[str]:
