@@ -87,6 +87,7 @@ def _templates() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters |= {"listed": listed, "rows": lines, "narrow": narrow, "pointed": pointed}
+    made.filters["short"] = "{:.9g}".format
     return made
 
 
