@@ -69,6 +69,17 @@ def listed(rows: np.ndarray, width: int, between: str, columns: str = "%d") -> s
     return wrapped(rows + 1, width, columns, between)
 
 
+def joined(rows: np.ndarray) -> str:
+    """Numbers from one of rows from zero, separated by commas, in lines of sixteen."""
+    return wrapped(rows + 1, 16, between=",").strip().replace("\n", ",\n") + "\n"
+
+
+def numbered_nodes(nodes: np.ndarray, form: str, rows: np.ndarray | None = None) -> str:
+    """Numbers of elements, those of `rows` if they are given, and of their nodes, all from one."""
+    first = np.arange(len(nodes)) if rows is None else rows
+    return lines(np.column_stack([first, nodes]) + 1, form)
+
+
 def rendered(template: str, **values: object) -> Iterator[str]:
     """The text of a file of the folder `templates`, in parts."""
     return _templates().get_template(template).generate(values)
@@ -87,6 +98,7 @@ def _templates() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters |= {"listed": listed, "rows": lines, "narrow": narrow, "pointed": pointed}
+    made.filters |= {"joined": joined, "numbered": numbered_nodes}
     made.filters["short"] = "{:.9g}".format
     return made
 
