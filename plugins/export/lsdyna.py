@@ -45,7 +45,9 @@ class LsDyna(WithProblem, TextFormat):
 
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))
         loads, known = self.loads(hexes), list(side_sets(hexes))
-        is_modal = loads is not None and isinstance(loads.problem, Vibration)
+        problem, modal = loads and loads.problem, []
+        if isinstance(problem, Vibration):
+            modal = modal_cards(problem.modes, problem.is_lumped)
         hexes = renamed(hexes, TITLE)
         nodes = list(node_sets(hexes).items())
         segments = [(name, hexes.quads[own]) for name, own in side_sets(hexes).items()]
@@ -64,8 +66,7 @@ class LsDyna(WithProblem, TextFormat):
         return rendered(
             "lsdyna.k",
             loads=loads,
-            is_modal=is_modal,
-            modal=modal_cards(loads.problem.modes, loads.problem.is_lumped) if is_modal else (),
+            modal=modal,
             legend=legend(hexes, "$ "),
             cells={hexes.cell[own[0]] + 1: name for name, own in blocks(hexes).items()},
             nodes=lines(count(hexes.vertices), "%8d" + 3 * "%16.9E"),
