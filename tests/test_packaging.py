@@ -67,6 +67,7 @@ def test_wheel_holds_plugins_and_conf_inside_the_package(wheels: list[Path]) -> 
     folders = {name.split("/")[0] for name in names}
     assert folders == {"polycube", next(f for f in folders if f.endswith(".dist-info"))}
     wanted = {"polycube/plugins/schedule.py", "polycube/conf/train.yaml"}
+    wanted.add("polycube/plugins/export/templates/abaqus.inp")
     wanted |= {
         f"polycube/report/page/templates/{n}"
         for n in ("page.html", "page.css", "viewer.html", "viewer.js")

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import ClassVar
+
+import numpy as np
 
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
+from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .problem import WithProblem
-from .text import count, lines, narrow, wrapped, write
+from .text import count, lines, narrow, rendered
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
 OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 OF_20 = "", "H", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 ELEMENTS = tuple(f"C3D8{each}" for each in OF_8) + tuple(f"C3D20{each}" for each in OF_20)
 NAME = 80  # longest name; both programs ignore the case of letters
+SIDES = np.array([6, 4, 3, 5, 1, 2])  # numbers of the faces -xi +xi -eta +eta -zeta +zeta
 ROW_8 = "%d" + 8 * ", %d"
 ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
 
 
 @register("export", "abaqus")
 @dataclass(frozen=True)
-class Abaqus(WithProblem):
+class Abaqus(WithProblem, TextFormat):
     """Abaqus and CalculiX (.inp): mesh, sets, and the problem of `analysis`, ready to run.
 
     Parameters
@@ -50,39 +53,30 @@ class Abaqus(WithProblem):
     def _nodes(self) -> int:
         return 20 if self.element.startswith("C3D20") else 8
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path.
-
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
-        """
+    def parts(self, hexes: HexMesh) -> Iterator[str]:
+        """The text of the file, in parts."""
         from polycube.analysis.problem import Conduction
+        from polycube.hexmesh.connectivity import quad_sides
         from polycube.spline.second_order import hex_elements
 
-        from .deck import deck, node_set, sides_of, surface
-
-        own, sides = hex_elements(hexes, self.spline, self._nodes), sides_of(hexes)
-        loads = self.loads(hexes, own)
+        own, (owner, side) = hex_elements(hexes, self.spline, self._nodes), quad_sides(hexes)
+        loads, named = self.loads(hexes, own), renamed(hexes, NAME)
         is_heat = loads is not None and isinstance(loads.problem, Conduction)
-        kind = f"DC3D{self._nodes}" if is_heat else self.element
-        named = renamed(hexes, NAME)
-        called = dict(zip(side_sets(hexes), named.sets, strict=True))
-        parts = ["*HEADING\nhex mesh of polycube\n", f"** {loads.units}\n" if loads else ""]
-        parts.append(legend(named, "** "))
-        parts += ["*NODE, NSET=all\n", *map(_node, count(own.points).tolist())]
-        parts.append(f"*ELEMENT, TYPE={kind}, ELSET=all\n")
-        parts.append(lines(count(own.hexes + 1), ROW_20 if self._nodes == 20 else ROW_8))
-        for name, rows in (blocks(named) | primitive_sets(named)).items():
-            parts += [f"*ELSET, ELSET={name}\n", wrapped(rows + 1, 16, between=", ")]
-        parts += [node_set(name, nodes) for name, nodes in node_sets(named, own.quads).items()]
-        parts += [surface(name, sides[quads]) for name, quads in named.sets.items()]
-        if loads is not None:
-            parts += deck(loads, sides, called)
-        elif self.step:
-            parts.append("** no problem is given: add material, section and step\n")
-        return write(path.with_suffix(self.suffix), *parts)
+        return rendered(
+            "abaqus.inp",
+            step=self.step,
+            loads=loads,
+            kind=loads and type(loads.problem).__name__,
+            legend=legend(named, "** "),
+            nodes="".join(map(_node, count(own.points).tolist())),
+            element=f"DC3D{self._nodes}" if is_heat else self.element,
+            elements=lines(count(own.hexes + 1), ROW_20 if self._nodes == 20 else ROW_8),
+            hex_sets=blocks(named) | primitive_sets(named),
+            node_sets=node_sets(named, own.quads),
+            surfaces=named.sets,
+            sides=np.column_stack([owner + 1, SIDES[side]]),
+            called=dict(zip(side_sets(hexes), named.sets, strict=True)),
+        )
 
 
 def _node(row: list[float]) -> str:

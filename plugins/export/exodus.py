@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from polycube.io.atomic import atomic_write
-from polycube.registry import BY_RUN, register
-from polycube.types import HexMesh, Spline
+from polycube.registry import register
+from polycube.types import HexMesh
 
+from .format import WithNodes
 from .groups import blocks, node_sets, renamed, side_sets
 
 if TYPE_CHECKING:
@@ -27,25 +28,12 @@ NAME = 256  # longest name, including the terminating zero
 
 @register("export", "exodus")
 @dataclass(frozen=True)
-class Exodus:
+class Exodus(WithNodes):
     """Exodus II (.exo): a block for each grid cell, named sets of nodes and sides.
 
     The container is netCDF with 64-bit offsets. Primitives are in the names of the blocks, because
     VTK does not read element sets.
-
-    Parameters
-    ----------
-    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
-        is one
     """
-
-    nodes: int = 8
-    spline: Spline | None = field(default=None, metadata=BY_RUN)
-
-    def __post_init__(self) -> None:
-        from polycube.spline.second_order import check_nodes
-
-        check_nodes(self.nodes)
 
     suffix: ClassVar[str] = ".exo"
 
@@ -53,9 +41,7 @@ class Exodus:
         """Write a file at `path`, with the suffix of this format, and return its path."""
         from scipy.io import netcdf_file
 
-        from polycube.spline.second_order import hex_elements
-
-        own = hex_elements(hexes, self.spline, self.nodes)
+        own = self.elements(hexes)
         hexes = renamed(hexes, NAME - 1, ascii_only=False)
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:

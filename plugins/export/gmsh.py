@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.registry import BY_RUN, register
-from polycube.types import HexMesh, Spline
+from polycube.registry import register
+from polycube.types import HexMesh
 
+from .format import TextFormat, WithNodes
 from .groups import blocks, first_sets, legend, primitive_sets, renamed, side_sets
-from .text import count, floats, integers, numbered, write
+from .text import count, floats, integers, numbered
 
 if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
@@ -28,44 +28,35 @@ ORDER = np.concatenate([np.arange(8), EDGES, FACES, [26]])
 
 @register("export", "gmsh")
 @dataclass(frozen=True)
-class Gmsh:
+class Gmsh(WithNodes, TextFormat):
     """Gmsh, ASCII (.msh): a physical group for each grid cell and boundary set.
 
     Parameters
     ----------
     version : 4.1 has all groups of each element; 2.2, for older programs, has one group for each:
         the first set of a quad, the grid cell of a hex
-    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
-        is one
     """
 
     version: str | float = "4.1"
-    nodes: int = 8
-    spline: Spline | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
-        from polycube.spline.second_order import check_nodes
-
-        check_nodes(self.nodes)
+        super().__post_init__()
         if str(self.version) not in VERSIONS:
             raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
 
     suffix: ClassVar[str] = ".msh"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path."""
-        from polycube.spline.second_order import hex_elements
-
-        own = hex_elements(hexes, self.spline, self.nodes)
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
+        own = self.elements(hexes)
         hexes = renamed(hexes, NAME, ascii_only=False)
         comment = f"$Comments\n{legend(hexes).replace('$', 'S')}$EndComments\n"
         is_simple = str(self.version) == VERSIONS[0]
         parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
-        return write(
-            path.with_suffix(self.suffix),
+        return [
             f"$MeshFormat\n{self.version} 0 8\n$EndMeshFormat\n{comment}",
             *parts,
-        )
+        ]
 
 
 def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:

@@ -122,10 +122,20 @@ class Loads:
         return at_nodes
 
     @property
+    def forced(self) -> list[list[int]]:
+        """Node and component of each force."""
+        return np.argwhere(self.forces).tolist()
+
+    @property
     def gravity(self) -> np.ndarray:
         """(3,) acceleration."""
         own = self.problem.acceleration if isinstance(self.problem, Statics) else NOTHING
         return np.array(own) / self._metre
+
+    @property
+    def gravity_size(self) -> float:
+        """Length of the acceleration."""
+        return float(np.linalg.norm(self.gravity))
 
     @property
     def has_step(self) -> bool:

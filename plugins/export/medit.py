@@ -1,7 +1,6 @@
 """Medit."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -9,13 +8,14 @@ import numpy as np
 from polycube.registry import register
 from polycube.types import HexMesh
 
+from .format import TextFormat
 from .groups import blocks, legend, side_sets
-from .text import floats, integers, write
+from .text import floats, integers
 
 
 @register("export", "medit")
 @dataclass(frozen=True)
-class Medit:
+class Medit(TextFormat):
     """Medit, ASCII (.mesh): references are patches and grid cells, with names as comments.
 
     The comments are after the end of the data, where they do not disturb readers.
@@ -23,11 +23,10 @@ class Medit:
 
     suffix: ClassVar[str] = ".mesh"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path."""
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
         flat = np.zeros((len(hexes.vertices), 1))
-        return write(
-            path.with_suffix(self.suffix),
+        return [
             f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(flat)}\n",
             floats(np.hstack([hexes.vertices, flat])),
             f"Quadrilaterals\n{len(hexes.quads)}\n",
@@ -36,7 +35,7 @@ class Medit:
             integers(np.column_stack([hexes.hexes + 1, hexes.cell])),
             "End\n",
             *_legend(hexes),
-        )
+        ]
 
 
 def _legend(mesh: HexMesh) -> list[str]:

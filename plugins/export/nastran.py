@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -11,9 +10,9 @@ import numpy as np
 from polycube.registry import register
 from polycube.types import HexMesh
 
+from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .problem import WithProblem
-from .text import count, lines, write
+from .text import count, lines
 
 if TYPE_CHECKING:
     from .loads import Loads
@@ -32,7 +31,7 @@ QHBDY = "QHBDY*  %16d           AREA4%16.9E" + 16 * " " + "\n*       " + 4 * "%1
 
 @register("export", "nastran")
 @dataclass(frozen=True)
-class Nastran(WithProblem):
+class Nastran(WithProblem, TextFormat):
     """Nastran bulk data (.bdf): mesh, sets, and the problem of `analysis`, ready to run.
 
     There is a property PSOLID for each grid cell. Each set of the boundary is a SET1 of nodes and
@@ -47,16 +46,9 @@ class Nastran(WithProblem):
 
     suffix: ClassVar[str] = ".bdf"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path.
-
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
-        """
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
         from polycube.hexmesh.connectivity import quad_sides
-        from polycube.spline.second_order import hex_elements
 
         owner, named = quad_sides(hexes)[0], renamed(hexes, NAME)
         nodes, sides = node_sets(named), side_sets(named)
@@ -74,12 +66,12 @@ class Nastran(WithProblem):
             faces = owner[quads] + 1, hexes.quads[quads]
             parts.append(f"$ load {k}, pressure 1 on faces: {name}\n{_pressure(k, *faces, 1.0)}")
         case = "SOL 101\nCEND\n"
-        loads = self.loads(hexes, hex_elements(hexes, None, 8))
+        loads = self.loads(hexes)
         if loads is not None:
             case, rows = _problem(loads, owner + 1, 1 + len(sides))
             parts += [f"$ {loads.units}\n", *rows]
         title = f"TITLE = hex mesh of polycube\n{legend(named, '$ ')}BEGIN BULK\n"
-        return write(path.with_suffix(self.suffix), case, title, *parts, "ENDDATA\n")
+        return [case, title, *parts, "ENDDATA\n"]
 
 
 def _problem(loads: Loads, owner: np.ndarray, first: int) -> tuple[str, list[str]]:

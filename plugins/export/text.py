@@ -1,12 +1,19 @@
-"""Numbers as text."""
+"""Numbers as text, and the templates of the formats."""
 
-from collections.abc import Iterable
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cache
 from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.io.atomic import atomic_write
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 WIDTH = 20  # characters of a field in a deck of Abaqus
 
@@ -37,6 +44,12 @@ def narrow(value: float) -> str:
     return next(text for text in texts if len(text) <= WIDTH)
 
 
+def pointed(value: float) -> str:
+    """Nine digits with a decimal point."""
+    text = f"{value:.9g}"
+    return text if set(text) & set(".e") else f"{text}."
+
+
 def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
     """Rows in a format of `numpy.savetxt`."""
     text = StringIO()
@@ -51,7 +64,46 @@ def wrapped(numbers: Iterable[int], width: int, columns: str = "%d", between: st
     return "".join(between.join(columns % n for n in row) + "\n" for row in rows)
 
 
-def write(path: Path, *parts: str) -> Path:
+def listed(rows: np.ndarray, width: int, between: str, columns: str = "%d") -> str:
+    """Numbers from one of rows from zero, in lines of a given length."""
+    return wrapped(rows + 1, width, columns, between)
+
+
+def joined(rows: np.ndarray) -> str:
+    """Numbers from one of rows from zero, separated by commas, in lines of sixteen."""
+    return wrapped(rows + 1, 16, between=",").strip().replace("\n", ",\n") + "\n"
+
+
+def numbered_nodes(nodes: np.ndarray, form: str, rows: np.ndarray | None = None) -> str:
+    """Numbers of elements, those of `rows` if they are given, and of their nodes, all from one."""
+    first = np.arange(len(nodes)) if rows is None else rows
+    return lines(np.column_stack([first, nodes]) + 1, form)
+
+
+def rendered(template: str, **values: object) -> Iterator[str]:
+    """The text of a file of the folder `templates`, in parts."""
+    return _templates().get_template(template).generate(values)
+
+
+@cache
+def _templates() -> Environment:
+    """Jinja2 with the filters that write numbers."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    made = Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters |= {"listed": listed, "rows": lines, "narrow": narrow, "pointed": pointed}
+    made.filters |= {"joined": joined, "numbered": numbered_nodes}
+    made.filters["short"] = "{:.9g}".format
+    return made
+
+
+def write(path: Path, parts: Iterable[str]) -> Path:
     """Open the file for atomic writing."""
     with (
         atomic_write(path) as temporary,

@@ -1,16 +1,16 @@
 """Legacy VTK."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from polycube.registry import BY_RUN, register
-from polycube.types import HexMesh, Spline
+from polycube.registry import register
+from polycube.types import HexMesh
 
+from .format import TextFormat, WithNodes
 from .groups import node_sets, renamed
-from .text import floats, integers, write
+from .text import floats, integers
 
 NAME = 200  # longest name; readers allow 255 characters
 KINDS = {8: 12, 20: 25, 27: 29}  # cell types of hexahedra
@@ -18,35 +18,21 @@ KINDS = {8: 12, 20: 25, 27: 29}  # cell types of hexahedra
 
 @register("export", "vtk")
 @dataclass(frozen=True)
-class LegacyVtk:
+class LegacyVtk(WithNodes, TextFormat):
     """Legacy VTK, ASCII (.vtk), read by many research codes: an array per boundary set.
 
     The array of a set is 1 at its nodes, and at hexes the sum of 1, 2, 4, 8, 16, 32 for its sides
     -xi +xi -eta +eta -zeta +zeta in the set.
-
-    Parameters
-    ----------
-    nodes : number of nodes of a hex: 8, 20 or 27; the additional nodes are on the spline if there
-        is one
     """
-
-    nodes: int = 8
-    spline: Spline | None = field(default=None, metadata=BY_RUN)
-
-    def __post_init__(self) -> None:
-        from polycube.spline.second_order import check_nodes
-
-        check_nodes(self.nodes)
 
     suffix: ClassVar[str] = ".vtk"
 
-    def __call__(self, hexes: HexMesh, path: Path) -> Path:
-        """Write a file at `path`, with the suffix of this format, and return its path."""
+    def parts(self, hexes: HexMesh) -> list[str]:
+        """The text of the file, in parts."""
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.io.vtk import numbered_primitives, set_arrays
-        from polycube.spline.second_order import hex_elements
 
-        n, own = len(hexes.hexes), hex_elements(hexes, self.spline, self.nodes)
+        n, own = len(hexes.hexes), self.elements(hexes)
         hexes = renamed(hexes, NAME)
         names, primitive = numbered_primitives(hexes.primitives)
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
@@ -62,8 +48,7 @@ class LegacyVtk:
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]
         quality = scaled_jacobian(hexes.vertices, hexes.hexes)
-        return write(
-            path.with_suffix(self.suffix),
+        return [
             f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
             f"POINTS {len(own.points)} double\n",
             floats(own.points),
@@ -78,7 +63,7 @@ class LegacyVtk:
                 for name, own in (of_hexes | at_hexes).items()
             ),
             _scalars("scaled_jacobian", "double", floats(quality[:, None])),
-        )
+        ]
 
 
 def _scalars(name: str, kind: str, values: str) -> str:

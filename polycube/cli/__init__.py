@@ -4,6 +4,7 @@ import atexit
 import gc
 import os
 import sys
+from functools import partial
 from importlib import import_module
 
 from polycube.cli.terminal import ending_with_reader
@@ -13,26 +14,6 @@ from polycube.errors import InputError
 # each other in busy loops: on two busy cores, the fit of a spline took four times as long with two
 # threads as with one.  With one, sums do not depend on the number of cores either.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-
-def train_command() -> None:
-    """`polycube-train`, `python train.py`."""
-    _run("train")
-
-
-def infer_command() -> None:
-    """`polycube-infer`, `python infer.py`."""
-    _run("infer")
-
-
-def evaluate_command() -> None:
-    """`polycube-evaluate`, `python -m polycube.evaluate`."""
-    _run("evaluate")
-
-
-def make_pairs_command() -> None:
-    """`polycube-make-pairs`, `python -m polycube.make_pairs`."""
-    _run("make_pairs")
 
 
 def view_command() -> None:
@@ -60,3 +41,9 @@ def _run(name: str) -> None:
             help.show(name)
         except InputError as error:
             sys.exit(refused(error))
+
+
+train_command = partial(_run, "train")  # `polycube-train`, `python train.py`
+infer_command = partial(_run, "infer")  # `polycube-infer`, `python infer.py`
+evaluate_command = partial(_run, "evaluate")  # `polycube-evaluate`, `python -m polycube.evaluate`
+make_pairs_command = partial(_run, "make_pairs")  # `polycube-make-pairs`, `python -m` too

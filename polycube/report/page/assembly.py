@@ -27,7 +27,7 @@ def assembly_page(
         view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
         solids=_solids(report, folder),
         contacts=[_contact(each) for each in report["contacts"]],
-        totals=_totals(report),
+        merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )
     return page(title, body, header(report))
@@ -72,18 +72,6 @@ def _contact(found: Json) -> Row:
         "quads": " – ".join(map(show, found.get("quads", ()))) or None,
         "common quads": found.get("common_quads"),
         "of the area": _share(found),
-    }
-
-
-def _totals(report: Json) -> Row:
-    found = report["contacts"]
-    agreeing = [each["area"] for each in found if each["agree"]]
-    return {
-        "contacts": len(found),
-        "with agreeing meshes": len(agreeing),
-        "area": sum(each["area"] for each in found),
-        "with agreeing meshes, area": sum(agreeing),
-        "merged vertices": report.get("hex", {}).get("merged_vertices"),
     }
 
 

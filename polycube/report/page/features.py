@@ -5,12 +5,10 @@ from markupsafe import Markup
 
 from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page.templates import NOTHING, Pictures, Row, point, render, show
+from polycube.report.page.templates import NOTHING, Pictures, Row, point, render
 from polycube.types import Json
 
 N_SHOWN = 60  # lost features in the table, the farthest first
-
-Table = tuple[str, list[Row]] | None
 
 
 def features(report: Json, pictures: Pictures) -> Markup:
@@ -28,6 +26,8 @@ def features(report: Json, pictures: Pictures) -> Markup:
     ]
     return render(
         "features.html",
+        found=found,
+        most=N_SHOWN,
         counts=counts,
         limit=limit(found),
         picture=pictures.get("features"),
@@ -36,13 +36,13 @@ def features(report: Json, pictures: Pictures) -> Markup:
     )
 
 
-def _lost(features: list[Json], unit: str) -> Table:
-    """Title and rows of the lost features, the farthest first."""
+def _lost(features: list[Json], unit: str) -> list[Row]:
+    """Rows of the lost features, the farthest first."""
     if not features:
-        return None
+        return []
     size = features[0]["length"] / features[0]["distance"]  # the diagonal
     digits = 4 - int(np.log10(size))
-    rows: list[Row] = [
+    return [
         {
             "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
             "of": _faces(each),
@@ -52,17 +52,15 @@ def _lost(features: list[Json], unit: str) -> Table:
         }
         for each in features[:N_SHOWN]
     ]
-    more = f", the {N_SHOWN} farthest" if len(features) > N_SHOWN else ""
-    return f"{show(len(features))} lost features{more}", rows
 
 
-def _acute(features: list[Json]) -> Table:
-    """Title and rows of the sharp places, the sharpest first."""
+def _acute(features: list[Json]) -> list[Row]:
+    """Rows of the sharp places, the sharpest first."""
     if not features:
-        return None
+        return []
     extent = max(abs(value) for each in features for value in each["at"])
     digits = 4 - int(np.log10(max(extent, 1e-300)))
-    rows: list[Row] = [
+    return [
         {
             "kind": each["kind"],
             "of": _faces(each),
@@ -74,8 +72,6 @@ def _acute(features: list[Json]) -> Table:
         }
         for each in features[:N_SHOWN]
     ]
-    more = f", the {N_SHOWN} sharpest" if len(features) > N_SHOWN else ""
-    return f"Angles too small for a good hex: {show(len(features))} edges and corners{more}", rows
 
 
 def _faces(feature: Json) -> str:

@@ -1,14 +1,13 @@
 """The section of the hex mesh: measures, certificate, worst hexes, distances, counts."""
 
 from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
 
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.numbers.formatting import coordinates, percent
+from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
 from polycube.report.page.templates import NOTHING, Pictures, Row, distance_rows, render, show
@@ -17,10 +16,6 @@ from polycube.state import RunState
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json, TriMesh
 
-FARTHEST = {
-    "place farthest from the input": "mesh_to_surface_max_at",
-    "place of the input farthest from the mesh": "surface_to_mesh_max_at",
-}
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 N_SHOWN = 10  # rows, the worst first
 KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
@@ -39,57 +34,19 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         pictures=pictures,
         unit=unit,
         before=_improved(report),
-        count=len(mesh.hexes),
         histogram=charts.histogram(quality),
-        rows=_rows(mesh, quality, numbers) | _cad_faces(state.surface, numbers),
+        mesh=mesh,
+        quality=quality,
+        shares=np.percentile(quality, [1, 5, 50]).tolist(),
+        numbers=numbers,
+        cad_faces=len(np.unique(state.surface.region)),
         worst_caption=f"Worst hex: number {worst}, at {at}.",
         measures=_measures(numbers),
         spreads=_spreads(numbers),
         worst=_worst(numbers, unit),
-        deviation=_deviation(state.surface, numbers, unit),
+        deviation=_deviation(state.surface, numbers),
         primitives=_primitives(state, mesh),
     )
-
-
-def _rows(mesh: HexMesh, quality: np.ndarray, numbers: Json) -> dict[str, object]:
-    shares = np.percentile(quality, [1, 5, 50])
-    return {
-        "hexes": len(mesh.hexes),
-        "vertices": len(mesh.vertices),
-        "scaled Jacobian, min": float(quality.min()),
-        "scaled Jacobian, quantiles of 1 / 5 / 50 %": " / ".join(f"{s:.3f}" for s in shares),
-        "scaled Jacobian, mean": float(quality.mean()),
-        "inverted (at most 0)": int((quality <= 0).sum()),
-        "below 0.2": int((quality < 0.2).sum()),
-        "certificate": _certificate(numbers.get("certificate")),
-        "sharp edges to mesh edges, 95th percentile, % of diagonal": percent(
-            numbers.get("creases_to_edges_p95")
-        ),
-        "volume error, %": percent(numbers.get("volume_error")),
-    }
-
-
-def _cad_faces(surface: TriMesh, numbers: Json) -> dict[str, object]:
-    """The CAD faces that the mesh lost, if the part is a CAD model."""
-    lost, all_faces = numbers.get("faces_without_quads"), len(np.unique(surface.region))
-    if lost is None or not all_faces:
-        return {}
-    names = f": {', '.join(lost[:N_NAMED])}{', ...' * (len(lost) > N_NAMED)}" if lost else ""
-    return {"CAD faces without a quad": f"{len(lost)} of {all_faces}{names}"}
-
-
-def _certificate(found: Json | None) -> str | None:
-    """A sentence about the certified sign of the Jacobian."""
-    if found is None:
-        return None
-    if not found["positive_at_corners"]:
-        return "none: not positive at all corners"
-    if found["positive_everywhere"]:
-        return "Jacobian positive everywhere (Bernstein bounds)"
-    open_ones = found["not_positive"] + found["undecided"]
-    named = ", ".join(map(str, found["not_certified"][:5]))
-    more = ", ..." if open_ones > 5 else ""
-    return f"positive at all corners and centres; not everywhere in {open_ones}: {named}{more}"
 
 
 def _measures(numbers: Json) -> list[Row]:
@@ -144,17 +101,15 @@ def _worst(numbers: Json, unit: str) -> list[Row]:
     ]
 
 
-def _deviation(surface: TriMesh, numbers: Json, unit: str) -> Json | None:
+def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
     """Distances from the input, in per cent of the diagonal and as lengths."""
     if "surface_to_mesh_max" not in numbers:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    found = numbers.get("deviation", {})
     return {
         "rows": distance_rows(numbers, ways, diagonal(surface)),
-        "far": f"{show(found.get('mesh_to_surface_max'))} {unit}",
-        "places": {name: _point(found.get(key)) for name, key in FARTHEST.items()},
+        "lengths": numbers.get("deviation", {}),
     }
 
 
@@ -194,10 +149,6 @@ def _improved(report: Json) -> list[Row]:
     ]
 
 
-def _point(where: Sequence[float] | None) -> str | None:
-    return None if where is None else coordinates(where)
-
-
 def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
 
@@ -218,16 +169,5 @@ def hex_counts(report: Json) -> Markup:
         }
         for row in (*sorted(requests, key=lambda row: row["met"]), *fewer)
     ]
-    kinds = [row["kind"] for row in fewer]
-    sentences = [
-        f"{kinds.count('through')} of {found['walls']} faces have fewer hexes through the wall "
-        "under them (median over the face) than meshing.across_wall.",
-        f"{kinds.count('around')} of {found['holes']} holes have fewer edges on their rim than "
-        "meshing.around_hole.",
-    ]
-    if requests:
-        met = sum(row["met"] for row in requests)
-        sentences.insert(0, f"{met} of {len(requests)} entries of meshing.at are met.")
-    if len(rows) > N_SHOWN:
-        sentences.append(f"The worst {N_SHOWN} are listed; report.json has all.")
-    return render("hex_counts.html", sentences=sentences, rows=rows[:N_SHOWN])
+    kinds = Counter(row["kind"] for row in fewer)
+    return render("hex_counts.html", found=found, kinds=kinds, rows=rows, most=N_SHOWN)

@@ -23,37 +23,6 @@ from polycube.report.pictures.pictures import denoising, pictures
 from polycube.state import RunState
 from polycube.types import Json
 
-# descriptions of the files of a run, for the list at the end; other files have none
-FILES = {
-    "report.json": "every number of this page",
-    "config.json": "the settings",
-    "run.log": "log of the run",
-    "repaired.stl": "the repaired surface, in single precision",
-    "repaired.vtp": "the repaired surface",
-    "polycube.vtu": "polycube",
-    "labels.vtp": "input surface with axis and patch per face",
-    "hex.vtu": "hex mesh; measures, cell, primitive per hex, off_surface per vertex",
-    "hex.inp": "hex mesh, Abaqus",
-    "hex.exo": "hex mesh, Exodus",
-    "hex.msh": "hex mesh, Gmsh",
-    "hex.k": "hex mesh, LS-DYNA",
-    "hex.mesh": "hex mesh, Medit",
-    "hex.bdf": "hex mesh, Nastran",
-    "hex.vtk": "hex mesh, legacy VTK",
-    "spline.bext": "volumetric spline, Bezier extraction, BEXT version 1",
-    "spline.bxt": "volumetric spline, Bezier extraction, BEXT version 2.0",
-    "modal.k": "LS-DYNA deck for the free modes of the spline",
-    "spline.vtu": "volumetric spline, Bezier hexahedra",
-    "spline.npz": "volumetric spline, arrays: control points, nodes, extraction",
-    "modes.vtu": "eigenmodes",
-    "modes.csv": "frequencies",
-    "static.vtu": "displacement, stress (xx yy zz yz zx xy) and von Mises stress",
-    "poisson.vtu": "u and its flux",
-    "trajectory.npz": "denoising, all states: points and their steps",
-    "trajectory.png": "denoising, a picture of each state",
-    "trajectory.gif": "denoising, animation",
-}
-
 
 def write_report(
     folder: Path,
@@ -141,16 +110,8 @@ def _yaml(value: Json, indent: int = 0) -> str:
 
 
 def _files(made: Iterable[str]) -> Markup:
-    made = {name for name in made if "/" not in name} - {"report.html"}
-    names = sorted(made | {"report.json", "config.json"}, key=_place)
-    return element(
-        sections.TEMPLATE, "files", [(Link(name, name), FILES.get(name, "")) for name in names]
-    )
-
-
-def _place(name: str) -> tuple[int, str]:
-    known = list(FILES)
-    return (known.index(name) if name in known else len(known), name)
+    here = {name for name in made if "/" not in name} - {"report.html"}
+    return element(sections.TEMPLATE, "files", here | {"report.json", "config.json"})
 
 
 def header(report: Json, picture: bytes | None = None) -> Markup:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
-from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element, show
+from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures import scenes
 from polycube.report.pictures.colours import AXIS_COLOURS
@@ -25,24 +25,6 @@ STRUCTURE = {  # names of numbers of the structure in report.json, and on the pa
     "genus": "holes (genus)",
     "auto": "chosen by the program",
 }
-INPUT = {  # numbers of the input on the page, and their keys in report.json
-    "file": "path",
-    "triangles": "faces",
-    "vertices": "vertices",
-    "holes through the part (genus)": "genus",
-}
-SPLINE = {  # numbers of the spline on the page, and their keys in report.json
-    "functions": "functions",
-    "elements": "elements",
-    "extraordinary edges": "extraordinary_edges",
-    "det J positive everywhere (bound)": "is_positive",
-    "smallest det J, over its mean": "min_scaled_detj",
-    "place of the smallest det J": "min_detj_at",
-    "in element": "min_detj_element",
-    "place farthest from the input": "farthest_at",
-}
-
-
 TEMPLATE = "sections.html"
 
 
@@ -66,17 +48,13 @@ def view(state: RunState, report: Json) -> Markup:
 
 def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """The input as it was read."""
-    numbers = dict(report.get("input", {}))
-    box = np.array(numbers.pop("bbox", [[0] * 3] * 2))
-    if not numbers:
+    numbers = report.get("input", {})
+    if not numbers.keys() - {"bbox"}:
         return NOTHING
-    size = " × ".join(show(float(s)) for s in np.ptp(box, axis=0))
-    unit = length_unit(report)
-    rows = {title: numbers.get(key) for title, key in INPUT.items()}
-    rows[f"volume, {unit}³"] = numbers.get("volume")
-    rows[f"size, {unit}"] = size
-    rows[f"diagonal, {unit}"] = float(np.linalg.norm(np.ptp(box, axis=0)))
-    return element(TEMPLATE, "input", pictures.get("input"), rows)
+    sides = np.ptp(numbers.get("bbox", [[0.0] * 3] * 2), axis=0)
+    return element(
+        TEMPLATE, "input", pictures.get("input"), numbers, sides.tolist(), length_unit(report)
+    )
 
 
 def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -124,18 +102,7 @@ def denoising(report: Json, moving: Pictures) -> Markup:
     """The points of the diffusion model in each recorded state, if it was used."""
     if not moving:
         return NOTHING
-    numbers = report.get("polycube", {})
-    moved, most = (numbers.get(f"denoised_to_polycube_{which}") for which in ("mean", "max"))
-    last = "" if moved is None else f" Their distance from it is {moved:.3f} cells on average"
-    last += "" if most is None else f", {most:.3f} at most."
-    context, lies_on = (numbers.get(key) for key in ("context", "denoised_lies_on"))
-    if lies_on is not None and lies_on != context:
-        last += f" They are on another polycube, {', '.join(map(str, lies_on))}."
-    text = (
-        "Points x_T of the input, moved to the polycube (x_0) by the diffusion model. The colour "
-        "of a point is that of its place on the polycube, paler on sides that face away." + last
-    )
-    return element(TEMPLATE, "denoising", moving, text)
+    return element(TEMPLATE, "denoising", moving, report.get("polycube", {}))
 
 
 def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -143,14 +110,10 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
     numbers, picture = report.get("spline", {}), pictures.get("spline")
     if not numbers and not picture:
         return NOTHING
-    rows = {name: numbers.get(key) for name, key in SPLINE.items()}
-    unit = length_unit(report)
-    rows[f"volume, {unit}³"] = numbers.get("volume")
-    if "volume_error" in numbers:
-        rows["volume error, %"] = 100 * numbers["volume_error"]
     ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
-    return element(TEMPLATE, "spline", picture, rows, distance_rows(numbers, ways, diagonal), unit)
+    distances = distance_rows(numbers, ways, diagonal)
+    return element(TEMPLATE, "spline", picture, numbers, distances, length_unit(report))
 
 
 def search(report: Json) -> Markup:
@@ -180,19 +143,7 @@ def repairs(report: Json) -> Markup:
     numbers = report.get("repair")
     if not numbers:
         return NOTHING
-    before, after = numbers["volume_before"], numbers["volume_after"]
-    rows = {
-        "level": numbers["level"],
-        f"largest deviation, {length_unit(report)}": numbers["deviation"],
-        "of the diagonal, %": numbers["deviation_percent"],
-        "of new faces from the input": numbers["added"],
-        "of the input from new faces": numbers["lost"],
-        "volume before": before,
-        "volume after": after,
-        "volume change, %": 100 * (after / before - 1) if before else None,
-        "cells of the rebuilt surface": numbers["cell"],
-    }
-    return element("repairs.html", "repair", numbers["changes"], rows)
+    return element("repairs.html", "repair", numbers, length_unit(report))
 
 
 def reconstruction(report: Json) -> Markup:
@@ -200,21 +151,4 @@ def reconstruction(report: Json) -> Markup:
     numbers = report.get("points")
     if not numbers:
         return NOTHING
-    normals = numbers["neighbours"]
-    rows = {
-        "points": numbers["given"],
-        "not finite or duplicates": numbers["dropped"],
-        "outliers removed": numbers["outliers"],
-        f"spacing, {length_unit(report)}": numbers["spacing"],
-        "normals": "those of the file" if normals is None else f"from {normals} neighbours",
-        "normals that agree with the surface, %": 100 * numbers["normals_agree"],
-        "cells of the reconstruction": numbers["cell"],
-        "mean distance of the points from the surface": numbers["deviation_mean"],
-        "of 95 % of the points at most": numbers["deviation_p95"],
-        "largest": numbers["deviation_max"],
-        "largest, % of the diagonal": numbers["deviation_max_percent"],
-        "of the surface from the points, largest": numbers["farthest"],
-        "area without points, %": 100 * numbers["made_up"],
-        "points added there": numbers["added"],
-    }
-    return element("repairs.html", "points", rows)
+    return element("repairs.html", "points", numbers, length_unit(report))

@@ -4,14 +4,9 @@ from markupsafe import Markup
 
 from polycube.report.numbers.formatting import (
     cautions,
-    coordinates,
     frequency,
-    largest,
-    megapascal,
-    percent,
     sentence,
     singular_stress,
-    text,
 )
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
@@ -75,15 +70,12 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
         (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
         for i in range(len(rows))
     ]
-    about = {f"mass, {units.get('mass', 'unit of mass')}": float(found.mass)}
-    return element(TEMPLATE, "modes", shown, rows, about)
+    return element(TEMPLATE, "modes", shown, rows, float(found.mass), units)
 
 
 def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Pictures) -> Markup:
     """The deformed solid, the largest values with their places, and the reactions."""
     times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
-    drawn = text(float(f"{times:.3g}"))
-    caption = f"Displacement drawn {drawn} times as large; von Mises stress."
     forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
     rows = [
@@ -93,34 +85,16 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
         }
         for row in forces
     ]
-    about = {
-        f"largest displacement, {found.units['length']}": numbers["max_displacement"],
-        "at": coordinates(numbers["max_displacement_at"]),
-        "largest von Mises stress": largest(numbers),
-        "there at": coordinates(numbers["max_von_mises_at"]),
-        "on": numbers["max_von_mises_on"] or None,
-        "estimated error of the stress field, %": percent(numbers["stress_error"]),
-        "strain energy, J": numbers["strain_energy"],
-        "mass, kg": numbers["mass"],
-    }
     notes = [sentence(note) for note in (*singular_stress(numbers), *cautions({"static": numbers}))]
-    most = megapascal(numbers["max_von_mises"])
-    return element(TEMPLATE, "static", pictures.get("static"), caption, most, about, notes, rows)
+    picture, unit = pictures.get("static"), found.units["length"]
+    return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)
 
 
 def _poisson(numbers: Json, pictures: Pictures) -> Markup:
     """u on the surface, and the flow through each support."""
     rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in numbers["flows"]]
     rows.append({"at": "sources and given fluxes", "into the solid, W": numbers["supplied"]})
-    unit = numbers["units"].get("u", "")
-    ends = [f"{text(numbers[end])} {unit}" for end in ("min_u", "max_u")]
-    about = {
-        "u": " to ".join(ends),
-        "largest at": coordinates(numbers["max_u_at"]),
-        "largest flux, W/m²": numbers["max_flux"],
-        "there at": coordinates(numbers["max_flux_at"]),
-    }
-    return element(TEMPLATE, "poisson", pictures.get("poisson"), ends, about, rows)
+    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers, rows)
 
 
 def _round(value: float, zero: float) -> float:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from polycube.report.numbers.formatting import text
+from polycube.report.numbers import formatting
 from polycube.report.pictures import colours
 
 if TYPE_CHECKING:
@@ -64,7 +64,8 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
-    made.globals |= {"colours": colours, "source": source, "columns": columns}
+    made.globals |= {"colours": colours, "formatting": formatting}
+    made.globals |= {"source": source, "columns": columns}
     return made
 
 
@@ -84,7 +85,7 @@ def show(value: object) -> Markup:
         return show([Markup("{} {}").format(key, show(item)) for key, item in value.items()])
     if isinstance(value, Iterable) and not isinstance(value, str):
         return Markup(", ").join(map(show, value))
-    return escape(value if isinstance(value, str) else text(value))
+    return escape(value if isinstance(value, str) else formatting.text(value))
 
 
 def data_uri(picture: bytes) -> str:
