@@ -17,14 +17,13 @@ from scipy.sparse import eye
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
-from polycube.analysis.continuous import Elasticity, corrected
+from polycube.analysis.continuous import Elasticity, Enrichment, corrected
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import at_places, field_of, gradient_field
+from polycube.analysis.recovery import at_places, field_of, gradient_field, samples
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
-from polycube.spline.boundary import boundary_nodes
 from polycube.types import Deformation, Spline
 from polycube.units import METRES
 
@@ -84,14 +83,9 @@ def deform(
     u = basis @ solve(basis.T @ (force - stiffness @ offset)) + offset
     residual = (stiffness @ u - force) * (material.young * metres**2)
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
-    continuous = diagonal * corrected(
-        unit,
-        elasticity,
-        scaled,
-        spline.extraction @ u.reshape(-1, 3),
-        _prescribed_at_nodes(spline, supports),
-        coarse,
-    )
+    own = spline.extraction @ u.reshape(-1, 3)
+    continuous = corrected(Enrichment.of(unit, elasticity, supports, coarse), scaled, own)
+    apart = np.linalg.norm(samples(spline, continuous - own), axis=2).max()
     radius = away * diagonal
     singular = singular_places(spline, supports, [load.faces for load in loads], radius)
     return Deformation(
@@ -102,7 +96,8 @@ def deform(
         strain_energy=float(u @ (stiffness @ u)) / 2 * material.young * metres**3,
         mass=float(weight.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
-        **_stresses(spline, material, continuous, elasticity, singular, radius),
+        displacement_error=float(apart * diagonal),
+        **_stresses(spline, material, continuous * diagonal, elasticity, singular, radius),
     )
 
 
@@ -143,15 +138,6 @@ def _nodal(spline: Spline) -> Spline:
     """The same solid with one function for each Bezier node."""
     points = spline.extraction @ spline.control
     return replace(spline, control=points, extraction=eye(len(points), format="csr"))
-
-
-def _prescribed_at_nodes(spline: Spline, supports: Sequence[Support]) -> np.ndarray:
-    """(B, 3) whether a component is prescribed at a Bezier node."""
-    found = np.zeros((spline.extraction.shape[0], 3), bool)
-    for support in supports:
-        for component in support.components:
-            found[boundary_nodes(spline)[support.faces], component] = True
-    return found
 
 
 def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> float:

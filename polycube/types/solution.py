@@ -20,6 +20,7 @@ class Modes:
     mass : mass of the part
     units : units of length, mass, time and frequency
     rigid : number of rigid modes, which come first
+    errors : estimated relative errors of the frequencies of the first elastic modes
     """
 
     eigenvalues: np.ndarray
@@ -27,6 +28,7 @@ class Modes:
     mass: float
     units: dict[str, str] = field(default_factory=dict)
     rigid: int = 6
+    errors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, eigenvalues="K", shapes="K C 3")
@@ -76,6 +78,7 @@ class Deformation:
     singular : larger stress near a singular place, if any
     poor : number of elements whose stress is ignored because of their bad shape
     stress_error : estimated error of the stress, relative, in the energy norm
+    displacement_error : estimated error of the displacement, in the length unit of the part
     """
 
     displacement: np.ndarray
@@ -91,6 +94,7 @@ class Deformation:
     singular: Peak | None = None
     poor: int = 0
     stress_error: float | None = None
+    displacement_error: float | None = None
 
     def __post_init__(self) -> None:
         freeze(self, displacement="C 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
