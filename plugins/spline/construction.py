@@ -1,6 +1,9 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
+from __future__ import annotations
+
 import logging
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,12 +28,14 @@ from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Crea
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SplineOptions
+if TYPE_CHECKING:
+    from .options import SplineOptions
+    from .volumetric import Volumetric
 
 logger = logging.getLogger(__name__)
 
 
-def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
+def constructed(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
     best = _best_trial(options, surface, hexes)
     spline, sharp = best.spline, best.sharp
@@ -61,7 +66,7 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
     return spline
 
 
-def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
+def _best_trial(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline with the smallest cost.
 
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
@@ -92,7 +97,7 @@ def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Tri
 
 
 def _solid(
-    options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
+    options: Volumetric, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
 ) -> Spline:
     """A spline fitted to the surface; cad_face : (Q,) of the quads of the mesh, 0 for any."""
     singular = len(extraordinary_edges(hexes)[0])

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.registry import setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
-from polycube.types import HexMesh
-
-if TYPE_CHECKING:
-    from polycube.spline.spaces.hierarchy import Space
-    from polycube.spline.spaces.sharpness import Sharp
 
 
 @dataclass(frozen=True)
-class SplineOptions(ABC):
+class SplineOptions:
     """A spline on the hexes; its solid is that of the h2s construction.
 
     In this construction, det J is 0 along a smooth boundary edge with a single hex, and where a
@@ -74,7 +67,3 @@ class SplineOptions(ABC):
             check_place(place_of(item))
         object.__setattr__(self, "refine", Refinement.of(self.refine))
         object.__setattr__(self, "fit", Fit.of(self.fit))
-
-    @abstractmethod
-    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
-        """The functions on the hexes and their coefficients."""

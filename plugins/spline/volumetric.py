@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,13 +13,14 @@ from .options import SplineOptions
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.continuous import ContinuousSpace
+    from polycube.spline.spaces.hierarchy import Space
     from polycube.spline.spaces.optimal import OptimalSpace
     from polycube.spline.spaces.sharpness import Sharp
     from polycube.spline.spaces.subdivision import ControlMesh
 
 
 @dataclass(frozen=True)
-class Volumetric(SplineOptions):
+class Volumetric(SplineOptions, ABC):
     """A spline on the hexes in the space of a subclass."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
@@ -26,6 +28,10 @@ class Volumetric(SplineOptions):
         from .construction import constructed
 
         return constructed(self, surface, hexes)
+
+    @abstractmethod
+    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
+        """The functions on the hexes and their coefficients."""
 
 
 @register("spline", "c0")

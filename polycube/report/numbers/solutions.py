@@ -3,7 +3,14 @@
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers.formatting import coordinates, frequency, largest, text
+from polycube.report.numbers.formatting import (
+    coordinates,
+    displacement_error,
+    frequency,
+    largest,
+    plus_minus,
+    text,
+)
 from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
@@ -14,6 +21,7 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
         found = {
             "omega_squared": solution.eigenvalues.tolist(),
             "frequency_hz": solution.frequency.tolist(),
+            "frequency_error": list(solution.errors),
             "rigid": solution.rigid,
             "mass": solution.mass,
         }
@@ -32,6 +40,7 @@ def _static(spline: Spline, found: Deformation) -> dict[str, object]:
         largest_stress = {"max_von_mises": peak.value, "max_von_mises_at": list(peak.at)}
     return {
         **_largest(spline, "displacement", np.linalg.norm(moved, axis=2)),
+        "displacement_error": found.displacement_error,
         **largest_stress,
         "max_von_mises_on": peak.on if peak else "",
         "max_von_mises_error": peak and peak.error,
@@ -81,7 +90,8 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
     if "static" in report:
         found = report["static"]
         unit = found.get("units", {}).get("length", "")
-        moved = f"{text(found['max_displacement'])} {unit}"
+        error = plus_minus(displacement_error(found))
+        moved = f"{text(found['max_displacement'])} {unit}{error}"
         place = f"at {coordinates(found['max_von_mises_at'])}"
         on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
         return {

@@ -5,6 +5,7 @@ from markupsafe import Markup
 from polycube.report.numbers.formatting import (
     cautions,
     coordinates,
+    displacement_error,
     frequency,
     largest,
     megapascal,
@@ -62,11 +63,13 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     unit = units.get("frequency", "")
     squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
     first = first_elastic(found) if found.rigid else 0
+    errors = dict(enumerate(found.errors, found.rigid))
     rows = [
         {
             "mode": i + 1,
             squared: float(value),
             f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
+            "estimated error, %": percent(errors.get(i)),
             "": "rigid motion" if i < first else "",
         }
         for i, value in enumerate(found.eigenvalues)
@@ -95,6 +98,7 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
     ]
     about = {
         f"largest displacement, {found.units['length']}": numbers["max_displacement"],
+        "its estimated error, %": percent(displacement_error(numbers)),
         "at": coordinates(numbers["max_displacement_at"]),
         "largest von Mises stress": largest(numbers),
         "there at": coordinates(numbers["max_von_mises_at"]),
