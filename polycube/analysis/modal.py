@@ -30,8 +30,8 @@ logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
 ESTIMATED = 10  # elastic modes whose error is estimated
-STEPS = 10  # of conjugate gradients for such an estimate
-SAFETY = 1.0  # share of the error that these steps do not find
+STEPS = 15  # of conjugate gradients for such an estimate
+SAFETY = 2.0  # for what these steps, and tricubic functions on the same elements, do not find
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
 
