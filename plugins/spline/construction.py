@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,12 +14,13 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.boundary import deviation
+from polycube.spline.boundary import deviation, edge_strips
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,
     cad_creases,
+    cad_edges,
     edges_between,
     is_among,
     single_hex_edges,
@@ -34,11 +36,14 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
+
 
 def constructed(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
     best = _best_trial(options, surface, hexes)
-    spline, sharp = best.spline, best.sharp
+    sharp = best.sharp
+    spline = replace(best.spline, inner_edges=_inner_edges(best.spline, hexes, surface))
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
         "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
@@ -64,6 +69,18 @@ def constructed(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Spline
     if jacobian.min_detj <= 0:
         logger.warning("the spline is not valid: det J is not positive everywhere")
     return spline
+
+
+def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(R, 2) pairs of sides of the spline on both sides of re-entrant edges of the CAD model."""
+    if not len(surface.region):
+        return np.zeros((0, 2), np.int64)
+    _, quads, inside = cad_edges(hexes, surface)
+    wanted = np.sort(quads[inside > np.radians(REENTRANT)], axis=1)
+    _, first, second = edge_strips(spline)
+    pairs = np.stack([first, second], axis=1) // 4
+    there = np.sort(quads_of_spline(spline, hexes)[pairs], axis=1)
+    return pairs[is_among(there, wanted)]
 
 
 def _best_trial(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Trial:

@@ -50,6 +50,7 @@ class Peak:
     error : estimated error of the value
     on : name of the boundary set at this place
     what : kind of the singular place near the maximum, where the exact stress is unbounded
+    distance : from that place, in the units of the part
     """
 
     value: float
@@ -57,6 +58,7 @@ class Peak:
     error: float
     on: str = ""
     what: str = ""
+    distance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

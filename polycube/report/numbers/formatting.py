@@ -35,13 +35,14 @@ def sentences(report: Json) -> Iterator[str]:
 
 
 def singular_stress(static: Json) -> Iterator[str]:
-    """A sentence about the larger stress at a singular place, which is not the largest stress."""
+    """A sentence about a singular place, where the stress is larger than the largest stress."""
     peak = static["singular"]
     if peak:
+        unit = static["units"]["length"]
         yield (
-            f"near a {peak['what']}, at {coordinates(peak['at'])}, the stress is "
-            f"{megapascal(peak['von_mises'])}; it is unbounded there and grows as the mesh is "
-            "refined"
+            f"at a {peak['what']} the stress is unbounded; at a distance of "
+            f"{number(peak['distance'])} {unit}, at {coordinates(peak['at'])}, it is "
+            f"{megapascal(peak['von_mises'])}"
         )
 
 

@@ -46,7 +46,12 @@ def _static(spline: Spline, found: Deformation) -> dict[str, object]:
         "max_von_mises_error": peak and peak.error,
         "stress_error": found.stress_error,
         "singular": singular
-        and {"von_mises": singular.value, "at": list(singular.at), "what": singular.what},
+        and {
+            "von_mises": singular.value,
+            "at": list(singular.at),
+            "what": singular.what,
+            "distance": singular.distance,
+        },
         "poor_elements": found.poor,
         "load": found.load.tolist(),
         "reactions": [
