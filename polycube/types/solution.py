@@ -63,11 +63,11 @@ class Peak:
 
 @dataclass(frozen=True, eq=False)
 class Deformation:
-    """Elastic solid in static equilibrium; stresses are Bezier coefficients.
+    """Elastic solid in static equilibrium; the fields are Bezier coefficients.
 
     Parameters
     ----------
-    displacement : (C, 3) coefficients of the control points, in the length unit of the part
+    displacement : (B, 3) at the Bezier nodes, in the length unit of the part
     stress : (B, 6) components xx, yy, zz, yz, zx, xy at the Bezier nodes
     von_mises : (B,) von Mises stress at the Bezier nodes
     supports : names of the supports
@@ -99,7 +99,7 @@ class Deformation:
     displacement_error: float | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, displacement="C 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
+        freeze(self, displacement="B 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
 
 
 @dataclass(frozen=True, eq=False)

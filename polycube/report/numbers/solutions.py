@@ -32,7 +32,7 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
 
 
 def _static(spline: Spline, found: Deformation) -> dict[str, object]:
-    moved = samples(spline, spline.extraction @ found.displacement)
+    moved = samples(spline, found.displacement)
     peak, singular = found.peak, found.singular
     stress = samples(spline, found.von_mises[:, None])[..., 0]
     largest_stress = _largest(spline, "von_mises", stress)
