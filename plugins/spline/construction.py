@@ -1,10 +1,7 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,20 +27,17 @@ from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Crea
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
-if TYPE_CHECKING:
-    from .options import SplineOptions
-    from .volumetric import Volumetric
+from .options import SpaceOptions, SplineOptions
 
 logger = logging.getLogger(__name__)
 
 REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
 
-def constructed(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Spline:
+def constructed(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
     best = _best_trial(options, surface, hexes)
-    sharp = best.sharp
-    spline = replace(best.spline, inner_edges=_inner_edges(best.spline, hexes, surface))
+    spline, sharp = best.spline, best.sharp
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
         "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
@@ -68,7 +62,7 @@ def constructed(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Spline
     )
     if jacobian.min_detj <= 0:
         logger.warning("the spline is not valid: det J is not positive everywhere")
-    return spline
+    return replace(spline, inner_edges=_inner_edges(spline, hexes, surface))
 
 
 def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray:
@@ -83,7 +77,7 @@ def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray
     return pairs[is_among(there, wanted)]
 
 
-def _best_trial(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Trial:
+def _best_trial(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline with the smallest cost.
 
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
@@ -114,7 +108,7 @@ def _best_trial(options: Volumetric, surface: TriMesh, hexes: HexMesh) -> Trial:
 
 
 def _solid(
-    options: Volumetric, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
+    options: SpaceOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
 ) -> Spline:
     """A spline fitted to the surface; cad_face : (Q,) of the quads of the mesh, 0 for any."""
     singular = len(extraordinary_edges(hexes)[0])

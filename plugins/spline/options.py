@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.registry import setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
+from polycube.types import HexMesh
+
+if TYPE_CHECKING:
+    from polycube.spline.spaces.hierarchy import Space
+    from polycube.spline.spaces.sharpness import Sharp
 
 
 @dataclass(frozen=True)
@@ -67,3 +74,12 @@ class SplineOptions:
             check_place(place_of(item))
         object.__setattr__(self, "refine", Refinement.of(self.refine))
         object.__setattr__(self, "fit", Fit.of(self.fit))
+
+
+@dataclass(frozen=True)
+class SpaceOptions(SplineOptions, ABC):
+    """The same with the spline space of a subclass."""
+
+    @abstractmethod
+    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
+        """The functions on the hexes and their coefficients."""

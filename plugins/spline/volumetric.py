@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SplineOptions
+from .options import SpaceOptions
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.continuous import ContinuousSpace
-    from polycube.spline.spaces.hierarchy import Space
     from polycube.spline.spaces.optimal import OptimalSpace
     from polycube.spline.spaces.sharpness import Sharp
     from polycube.spline.spaces.subdivision import ControlMesh
 
 
 @dataclass(frozen=True)
-class Volumetric(SplineOptions, ABC):
+class Volumetric(SpaceOptions):
     """A spline on the hexes in the space of a subclass."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
@@ -28,10 +26,6 @@ class Volumetric(SplineOptions, ABC):
         from .construction import constructed
 
         return constructed(self, surface, hexes)
-
-    @abstractmethod
-    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
-        """The functions on the hexes and their coefficients."""
 
 
 @register("spline", "c0")
