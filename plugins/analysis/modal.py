@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.problem import material
+from polycube.analysis.supports import prescribed, supports
 from polycube.registry import register
 from polycube.types import Modes, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_supports, prescribed, supports
+from .places import check_supports
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Vibration
@@ -81,7 +82,7 @@ class Modal:
             problem.units,
             self.gauss,
             problem.is_lumped,
-            supports(spline, problem),
+            supports(spline, problem.supports),
         )
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",

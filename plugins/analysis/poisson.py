@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from polycube.analysis.supports import is_number, split, supports
 from polycube.registry import register
 from polycube.types import Potential, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_items, is_number, split, supports
+from .places import check_items
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Conduction
@@ -81,7 +82,7 @@ class Poisson:
         found = conduct(
             spline,
             problem.conductivity,
-            supports(spline, problem),
+            supports(spline, problem.supports),
             [Inflow(faces_of(spline, each.place), each.flux) for each in problem.flows],
             problem.source,
             problem.units,

@@ -6,19 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.problem import material
+from polycube.analysis.supports import is_number, prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import (
-    check_items,
-    check_supports,
-    check_vector,
-    is_number,
-    prescribed,
-    split,
-    supports,
-)
+from .places import check_items, check_supports, check_vector
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Statics, Vector
@@ -111,7 +104,7 @@ class Static:
         found = deform(
             spline,
             problem.material,
-            supports(spline, problem),
+            supports(spline, problem.supports),
             [
                 Load(faces_of(spline, each.place), each.pressure, each.traction, each.force)
                 for each in problem.loads

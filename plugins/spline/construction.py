@@ -1,6 +1,7 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,12 +11,13 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.boundary import deviation
+from polycube.spline.boundary import deviation, edge_strips
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,
     cad_creases,
+    cad_edges,
     edges_between,
     is_among,
     single_hex_edges,
@@ -25,12 +27,14 @@ from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Crea
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SplineOptions
+from .options import SpaceOptions, SplineOptions
 
 logger = logging.getLogger(__name__)
 
+REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
-def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
+
+def constructed(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
     best = _best_trial(options, surface, hexes)
     spline, sharp = best.spline, best.sharp
@@ -58,10 +62,22 @@ def constructed(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Spl
     )
     if jacobian.min_detj <= 0:
         logger.warning("the spline is not valid: det J is not positive everywhere")
-    return spline
+    return replace(spline, inner_edges=_inner_edges(spline, hexes, surface))
 
 
-def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
+def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray:
+    """(R, 2) pairs of sides of the spline on both sides of re-entrant edges of the CAD model."""
+    if not len(surface.region):
+        return np.zeros((0, 2), np.int64)
+    _, quads, inside = cad_edges(hexes, surface)
+    wanted = np.sort(quads[inside > np.radians(REENTRANT)], axis=1)
+    _, first, second = edge_strips(spline)
+    pairs = np.stack([first, second], axis=1) // 4
+    there = np.sort(quads_of_spline(spline, hexes)[pairs], axis=1)
+    return pairs[is_among(there, wanted)]
+
+
+def _best_trial(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
     """The spline with the smallest cost.
 
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
@@ -92,7 +108,7 @@ def _best_trial(options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> Tri
 
 
 def _solid(
-    options: SplineOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
+    options: SpaceOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
 ) -> Spline:
     """A spline fitted to the surface; cad_face : (Q,) of the quads of the mesh, 0 for any."""
     singular = len(extraordinary_edges(hexes)[0])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class SplineOptions(ABC):
+class SplineOptions:
     """A spline on the hexes; its solid is that of the h2s construction.
 
     In this construction, det J is 0 along a smooth boundary edge with a single hex, and where a
@@ -74,6 +74,11 @@ class SplineOptions(ABC):
             check_place(place_of(item))
         object.__setattr__(self, "refine", Refinement.of(self.refine))
         object.__setattr__(self, "fit", Fit.of(self.fit))
+
+
+@dataclass(frozen=True)
+class SpaceOptions(SplineOptions, ABC):
+    """The same with the spline space of a subclass."""
 
     @abstractmethod
     def space(self, hexes: HexMesh, sharp: Sharp) -> Space:

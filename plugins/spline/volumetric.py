@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from polycube.registry import register
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SplineOptions
+from .options import SpaceOptions
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.continuous import ContinuousSpace
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Volumetric(SplineOptions):
+class Volumetric(SpaceOptions):
     """A spline on the hexes in the space of a subclass."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:

@@ -1,25 +1,27 @@
 """Elasticity in the space of all continuous tricubic functions on the Bezier elements of a spline.
 
 The functions of a spline are smooth across elements, and some are constrained at the boundary; both
-affect the stress more than the displacement. `corrected` starts from the solution in the spline
-space and adds the missing part by conjugate gradients. The stiffness is applied element by element.
-The preconditioner adds the exact solution in the spline space to a Jacobi step in the functions
-that are 1 at one of 4^3 evenly spaced points of the elements and 0 at the others.
+affect the stress more than the displacement. `Enrichment` adds the missing part by conjugate
+gradients. The stiffness is applied element by element. The preconditioner is a Jacobi step in the
+functions that are 1 at one of 4^3 evenly spaced points of the elements and 0 at the others; the
+exact solution in the spline space may be added to it.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube.analysis.constraints import Support
+from polycube.analysis.element_forces import elastic_forces
 from polycube.analysis.recovery import TO_BEZIER
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
-from polycube.spline.boundary import FACES, unshared_faces
+from polycube.spline.boundary import FACES, boundary_nodes, unshared_faces
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
@@ -29,13 +31,15 @@ TOLERANCE = 1e-3  # of the initial error, in the norm of the preconditioner
 ROUNDING = 1e-8  # of the forces: smaller residuals are rounding errors
 MOST = 300  # largest number of iterations
 
+Operator = Callable[[np.ndarray], np.ndarray]
+
 
 @dataclass(frozen=True, eq=False)
 class Elasticity:
-    """Stiffness of the functions of the Bezier nodes, for a Young's modulus of 1."""
+    """Stiffness and mass of the functions of the Bezier nodes, for a Young's modulus of 1."""
 
+    points: np.ndarray  # (B, 3)
     nodes: np.ndarray  # (E, 64)
-    inverse: np.ndarray  # (E, q, 3, 3) inverse Jacobian matrix at Gauss points
     volume: np.ndarray  # (E, q) volume of each Gauss point
     n_gauss: int
     poisson: float
@@ -44,13 +48,12 @@ class Elasticity:
     @classmethod
     def of(cls, spline: Spline, poisson: float, n_gauss: int = 4) -> Elasticity:
         """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
-        weights = gauss(n_gauss)[1]
-        _, gradients = volume_basis(gauss(n_gauss)[0])
-        matrix = np.einsum("aqm,emi->eqia", gradients, bezier_points(spline), optimize=True)
+        line, weights = gauss(n_gauss)
+        matrix = _jacobians(bezier_points(spline), volume_basis(line)[1])
         nodes = spline.nodes.ravel()
         return cls(
+            points=spline.extraction @ spline.control,
             nodes=spline.nodes,
-            inverse=np.linalg.inv(matrix),
             volume=np.linalg.det(matrix) * np.kron(np.kron(weights, weights), weights),
             n_gauss=n_gauss,
             poisson=poisson,
@@ -74,84 +77,108 @@ class Elasticity:
 
     def forces(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) forces K u of coefficients u (B, 3)."""
-        shear, lame = self._moduli
-        table = volume_basis(gauss(self.n_gauss)[0])[1].reshape(-1, 64)  # (3 q, 64)
-        found = np.empty((*self.nodes.shape, 3))
-        for start in range(0, len(self.nodes), CHUNK):
-            own = slice(start, start + CHUNK)
-            local = displacement[self.nodes[own]].transpose(1, 0, 2)  # (64, e, 3)
-            slope = (table @ local.reshape(64, -1)).reshape(3, -1, *local.shape[1:])
-            slope = slope.transpose(2, 1, 3, 0) @ self.inverse[own]  # (e, q, 3, 3)
-            stress = shear * (slope + slope.swapaxes(2, 3))
-            np.einsum("eqii->eqi", stress)[:] += lame * np.einsum("eqii->eq", slope)[..., None]
-            stress *= self.volume[own][..., None, None]
-            flux = (stress @ self.inverse[own].swapaxes(2, 3)).transpose(3, 1, 0, 2)
-            moments = table.T @ flux.reshape(len(table), -1)
-            found[own] = moments.reshape(64, -1, 3).transpose(1, 0, 2)
-        return self.add @ found.reshape(-1, 3)
+        return elastic_forces(self.points, self.nodes, displacement, self.n_gauss, *self._moduli)
+
+    def inertia(self, displacement: np.ndarray) -> np.ndarray:
+        """(B, 3) products M u with the mass for a density of 1, of coefficients u (B, 3)."""
+        values, _ = volume_basis(gauss(self.n_gauss)[0])
+        moved = np.einsum("qm,emi->eqi", values, displacement[self.nodes], optimize=True)
+        moments = np.einsum("qm,eqi->emi", values, self.volume[..., None] * moved, optimize=True)
+        return self.add @ moments.reshape(-1, 3)
 
     def diagonal(self) -> np.ndarray:
         """(B, 3) energies of the functions that are 1 at one even point of the elements."""
         shear, lame = self._moduli
-        gradients = volume_basis(gauss(self.n_gauss)[0])[1] @ TO_BEZIER
+        gradients = volume_basis(gauss(self.n_gauss)[0])[1]
+        even = gradients @ TO_BEZIER
         found = np.empty((*self.nodes.shape, 3))
         for start in range(0, len(self.nodes), CHUNK):
             own = slice(start, start + CHUNK)
-            slope = np.einsum("aqm,eqai->eqmi", gradients, self.inverse[own], optimize=True)
+            inverse = np.linalg.inv(_jacobians(self.points[self.nodes[own]], gradients))
+            slope = np.einsum("aqm,eqai->eqmi", even, inverse, optimize=True)
             slope **= 2
             each = (shear + lame) * slope + shear * slope.sum(axis=3, keepdims=True)
             found[own] = np.einsum("eqmi,eq->emi", each, self.volume[own])
         return self.add @ found.reshape(-1, 3)
 
 
-def corrected(
-    spline: Spline,
-    elasticity: Elasticity,
-    force: np.ndarray,
-    start: np.ndarray,
-    is_prescribed: np.ndarray,
-    coarse: Callable[[np.ndarray], np.ndarray],
-) -> np.ndarray:
+def _jacobians(points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+    """(E, q, 3, 3) dx_i / da of elements (E, 64, 3); gradients (3, q, 64)."""
+    return np.einsum("aqm,emi->eqia", gradients, points, optimize=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Enrichment:
+    """The displacement that continuous tricubic functions add to one in the spline space."""
+
+    elasticity: Elasticity
+    is_free: np.ndarray  # (B, 3) whether a component may move at a node
+    step: np.ndarray  # (B, 3) inverse energies of the functions of the even points
+    from_even: csr_matrix  # (B, B)
+    coarse: Operator | None  # from forces (B, 3) to the displacement (B, 3) in the spline space
+
+    @classmethod
+    def of(
+        cls,
+        spline: Spline,
+        elasticity: Elasticity,
+        supports: Sequence[Support],
+        coarse: Operator | None = None,
+    ) -> Enrichment:
+        """The enrichment of a spline with supports.
+
+        Where elements of two levels meet, only the functions of the spline connect them.
+        """
+        is_free = np.ones((spline.extraction.shape[0], 3), bool)
+        for support in supports:
+            for component in support.components:
+                is_free[boundary_nodes(spline)[support.faces], component] = False
+        is_free[_between_levels(spline)] = False
+        energy = elasticity.diagonal()
+        step = np.where(is_free & (energy > 0), 1 / np.where(energy > 0, energy, 1), 0)
+        return cls(elasticity, is_free, step, _from_even(spline.nodes, len(step)), coarse)
+
+    def solve(
+        self, rest: np.ndarray, tolerance: float = TOLERANCE, most: int = MOST
+    ) -> tuple[np.ndarray, int, bool]:
+        """The displacement (B, 3) under unbalanced forces (B, 3), the steps, and if it converged.
+
+        tolerance : of the forces, in the norm of the preconditioner
+        most : largest number of steps
+        """
+        found = np.zeros_like(rest)
+        better = direction = self._precondition(rest)
+        size = (rest * better).sum()
+        least, steps = tolerance**2 * size, 0
+        while size > least and steps < most:
+            against = self.elasticity.forces(direction)
+            length = size / (direction * against).sum()
+            found, rest = found + length * direction, rest - length * against
+            better = self._precondition(rest)
+            size, before = (rest * better).sum(), size
+            direction = better + size / before * direction
+            steps += 1
+        return found, steps, bool(size <= least)
+
+    def _precondition(self, rest: np.ndarray) -> np.ndarray:
+        near = self.from_even @ (self.step * (self.from_even.T @ rest))
+        return near if self.coarse is None else near + self.coarse(rest)
+
+
+def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> np.ndarray:
     """(B, 3) Bezier coefficients of the displacement in continuous tricubic functions.
 
-    Parameters
-    ----------
-    force : (B, 3) forces of the loads
-    start : (B, 3) solution in the spline space
-    is_prescribed : (B, 3) whether a component is prescribed at a node
-    coarse : function from forces (B, 3) to the displacement (B, 3) in the spline space
-
-    Where elements of two levels meet, only the functions of the spline connect them.
+    force : (B, 3) forces of the loads.  start : (B, 3) solution in the spline space
     """
-    is_free = ~is_prescribed
-    is_free[_between_levels(spline)] = False
-    energy = elasticity.diagonal()
-    step = np.where(is_free & (energy > 0), 1 / np.where(energy > 0, energy, 1), 0)
-    from_even = _from_even(spline.nodes, len(force))
-
-    def precondition(rest: np.ndarray) -> np.ndarray:
-        return coarse(rest) + from_even @ (step * (from_even.T @ rest))
-
-    resisting = elasticity.forces(start)
-    found, rest = start, force - resisting
-    if np.linalg.norm(rest[is_free]) <= ROUNDING * np.linalg.norm(resisting):
+    resisting = enrichment.elasticity.forces(start)
+    rest = force - resisting
+    if np.linalg.norm(rest[enrichment.is_free]) <= ROUNDING * np.linalg.norm(resisting):
         return start
-    better = direction = precondition(rest)
-    size = (rest * better).sum()
-    least = TOLERANCE**2 * size
-    steps = 0
-    while size > least and steps < MOST:
-        against = elasticity.forces(direction)
-        length = size / (direction * against).sum()
-        found, rest = found + length * direction, rest - length * against
-        better = precondition(rest)
-        size, before = (rest * better).sum(), size
-        direction = better + size / before * direction
-        steps += 1
-    if size > least:
+    more, steps, converged = enrichment.solve(rest)
+    if not converged:
         logger.warning("warning: the stress recovery did not converge in %d steps", MOST)
     logger.info("stress in continuous functions after %d steps", steps)
-    return found
+    return start + more
 
 
 def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:

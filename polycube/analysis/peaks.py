@@ -11,12 +11,14 @@ from polycube.analysis.constraints import Support
 from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
 from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
 from polycube.spline.bezier import scaled_detj
-from polycube.spline.boundary import boundary_nodes
+from polycube.spline.boundary import boundary_nodes, edge_strips
+from polycube.spline.spaces.sharp_features import is_among
 from polycube.types import Peak, Spline
 
 FREE, CLAMPED, SLIDING = 200, 65, 100  # degrees above which an edge is singular
 ALONG = 0.99  # cosine between the normal of a face and its single constrained component
-EDGE_POINTS = (np.arange(4) + 0.5) / 4  # points along an edge
+INSIDE = (np.arange(4) + 0.5) / 4  # points along an edge at which its angle is measured
+ALL_ALONG = np.arange(7) / 6  # points along it from which distances are measured
 # smallest det J divided by the volume below which the stress of an element is not trusted
 POOR = 0.05
 
@@ -46,7 +48,9 @@ def singular_places(
         found = Singular(what, np.unique(lines[own]), points[own].reshape(-1, 3))
         return [found] if len(own) else []
 
-    found = along(angle > FREE, "sharp inner edge")
+    pairs = np.sort(np.stack([first, second], axis=1), axis=1)
+    is_inner = is_among(pairs, np.sort(spline.inner_edges, axis=1))
+    found = along((angle > FREE) | is_inner, "sharp inner edge")
     for support in supports:
         is_supported = np.isin(np.arange(len(spline.sides)), support.faces)
         is_border = is_supported[first] != is_supported[second]
@@ -68,30 +72,23 @@ def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
 
     Returns
     -------
-    The two faces (N,) and (N,), nodes (N, 4), points (N, 4, 3), angle (N,) inside the solid in
+    The two faces (N,) and (N,), nodes (N, 4), points (N, 7, 3), angle (N,) inside the solid in
     degrees, and the two normals (N, 2, 3).
     """
-    nodes = boundary_nodes(spline).reshape(-1, 4, 4)
-    sides = [nodes, nodes.swapaxes(1, 2)[:, ::-1], nodes[:, ::-1, ::-1]]
-    sides.append(sides[1][:, ::-1, ::-1])
-    strips = np.stack([side[:, :2] for side in sides], axis=1).reshape(-1, 2, 4)
-    ends = np.sort(strips[:, 0, [0, 3]], axis=1)
-    order = np.lexsort(ends.T)
-    same = np.flatnonzero((ends[order][1:] == ends[order][:-1]).all(axis=1))
-    pairs = np.stack([order[same], order[same + 1]], axis=1)
+    strips, a, b = edge_strips(spline)
+    pairs = np.stack([a, b], axis=1)
     points = (spline.extraction @ spline.control)[strips]  # (4 Q, 2, 4, 3)
-    along = derivative(EDGE_POINTS) @ points[:, 0]
-    inwards = bernstein(EDGE_POINTS) @ (points[:, 1] - points[:, 0])
+    along = derivative(INSIDE) @ points[:, 0]
+    inwards = bernstein(INSIDE) @ (points[:, 1] - points[:, 0])
     normal = _unit(np.cross(along, inwards))
     inwards = _unit(np.cross(normal, along))
-    a, b = pairs.T
     turn = inwards[b][:, ::-1]  # the edge has the opposite direction on the other face
     angle = np.arctan2(-(turn * normal[a]).sum(axis=2), (turn * inwards[a]).sum(axis=2))
     return (
         a // 4,
         b // 4,
         strips[a, 0],
-        bernstein(EDGE_POINTS) @ points[a, 0],
+        bernstein(ALL_ALONG) @ points[a, 0],
         np.median(np.degrees(angle) % 360, axis=1),
         _unit(normal[pairs].mean(axis=2)),
     )
@@ -115,7 +112,7 @@ def peaks(
     singular: Sequence[Singular],
     radius: float,
 ) -> tuple[Peak, Peak | None]:
-    """The largest equivalent stress away from singular places, and a larger one at these.
+    """The largest equivalent stress away from singular places, and that near the worst of these.
 
     Parameters
     ----------
@@ -128,8 +125,10 @@ def peaks(
 
     Returns
     -------
-    The first is the largest of all if no point is away from singular places. The second is None if
-    no stress at such a place is larger.
+    The first is the largest of all if no point is away from singular places. The second is the
+    largest stress at the points between one and two radii from the singular place with the largest
+    stress, or at the closest ones outside a radius. It is None if no stress at such a place is
+    larger than the first.
     """
     values = samples(spline, von_mises[:, None])[..., 0]
     points = samples(spline, spline.extraction @ spline.control)
@@ -161,8 +160,15 @@ def peaks(
     other = largest(sound & near)
     if other.value < peak.value:
         return peak, None
-    nearest = [cKDTree(place.points).query(other.at)[0] for place in singular]
-    return peak, replace(other, what=singular[int(np.argmin(nearest))].what)
+    trees = [cKDTree(place.points) for place in singular]
+    worst = int(np.argmin([tree.query(other.at)[0] for tree in trees]))
+    apart = trees[worst].query(points)[0]
+    outside = sound & (apart >= radius)
+    end = max(2 * radius, apart[outside].min(initial=np.inf))
+    beside = outside & (apart <= end)
+    ring = largest(beside) if beside.any() else other
+    away_from = float(trees[worst].query(ring.at)[0])
+    return peak, replace(ring, what=singular[worst].what, distance=away_from)
 
 
 def boundary_name(spline: Spline, point: np.ndarray) -> str:

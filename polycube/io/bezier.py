@@ -97,9 +97,8 @@ def write_solution(
         shapes = scaled_shapes(spline, solution).items()
         name, fields = "modes.vtu", {key: spline.extraction @ shape for key, shape in shapes}
     elif isinstance(solution, Deformation):
-        displacement = spline.extraction @ solution.displacement
-        name, fields = "static.vtu", {"displacement": displacement, "stress": solution.stress}
-        fields["von_mises"] = solution.von_mises
+        names = ("displacement", "stress", "von_mises")
+        name, fields = "static.vtu", {each: getattr(solution, each) for each in names}
     else:
         name, fields = "poisson.vtu", {"u": spline.extraction @ solution.values}
         fields["flux"] = solution.flux

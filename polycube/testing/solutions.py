@@ -46,7 +46,7 @@ def check_analysis(plugin: Callable) -> None:
     if isinstance(found, Modes):
         _check_modes(found, spline)
     elif isinstance(found, Deformation):
-        claim_array(found.displacement, (len(spline.control), 3), "the displacement")
+        claim_array(found.displacement, (spline.extraction.shape[0], 3), "the displacement")
         claim_array(found.stress, (spline.extraction.shape[0], 6), "the stress")
         claim(found.mass > 0, "the mass is positive", found.mass)
         _check_balance(found.reactions.sum(axis=0) + found.load, found.load, found.supports)

@@ -20,6 +20,7 @@ class Modes:
     mass : mass of the part
     units : units of length, mass, time and frequency
     rigid : number of rigid modes, which come first
+    errors : estimated relative errors of the frequencies of the first elastic modes
     """
 
     eigenvalues: np.ndarray
@@ -27,6 +28,7 @@ class Modes:
     mass: float
     units: dict[str, str] = field(default_factory=dict)
     rigid: int = 6
+    errors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, eigenvalues="K", shapes="K C 3")
@@ -48,6 +50,7 @@ class Peak:
     error : estimated error of the value
     on : name of the boundary set at this place
     what : kind of the singular place near the maximum, where the exact stress is unbounded
+    distance : from that place, in the units of the part
     """
 
     value: float
@@ -55,15 +58,16 @@ class Peak:
     error: float
     on: str = ""
     what: str = ""
+    distance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Deformation:
-    """Elastic solid in static equilibrium; stresses are Bezier coefficients.
+    """Elastic solid in static equilibrium; the fields are Bezier coefficients.
 
     Parameters
     ----------
-    displacement : (C, 3) coefficients of the control points, in the length unit of the part
+    displacement : (B, 3) at the Bezier nodes, in the length unit of the part
     stress : (B, 6) components xx, yy, zz, yz, zx, xy at the Bezier nodes
     von_mises : (B,) von Mises stress at the Bezier nodes
     supports : names of the supports
@@ -76,6 +80,7 @@ class Deformation:
     singular : larger stress near a singular place, if any
     poor : number of elements whose stress is ignored because of their bad shape
     stress_error : estimated error of the stress, relative, in the energy norm
+    displacement_error : estimated error of the displacement, in the length unit of the part
     """
 
     displacement: np.ndarray
@@ -91,9 +96,10 @@ class Deformation:
     singular: Peak | None = None
     poor: int = 0
     stress_error: float | None = None
+    displacement_error: float | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, displacement="C 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
+        freeze(self, displacement="B 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,7 @@ class Spline:
     patch : (Q,) polycube face of each boundary face
     extraordinary_edges : number of extraordinary edges of the hex mesh
     sets : named boundary sets, (N,) row numbers of `sides`
+    inner_edges : (R, 2) pairs of rows of `sides` that meet at a re-entrant edge of the CAD model
     """
 
     control: np.ndarray
@@ -45,8 +46,14 @@ class Spline:
     patch: np.ndarray
     extraordinary_edges: int = 0
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    inner_edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
-    bounds: ClassVar = {"nodes": "extraction", "sides": ("nodes", 6), "sets": "sides"}
+    bounds: ClassVar = {
+        "nodes": "extraction",
+        "sides": ("nodes", 6),
+        "sets": "sides",
+        "inner_edges": "sides",
+    }
 
     def __post_init__(self) -> None:
         freeze(
@@ -57,6 +64,7 @@ class Spline:
             level="E int",
             sides="Q 2 int",
             patch="Q int",
+            inner_edges="R 2 int",
         )
         if self.extraction.shape[1:] != (len(self.control),):
             raise ValueError(f"Spline.extraction must have {len(self.control)} columns")

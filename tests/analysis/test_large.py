@@ -68,11 +68,12 @@ def test_displacement_and_reactions(monkeypatch, components):
         monkeypatch, lambda: deform(spline, STEEL, [foot, top], [load], (0.0, 0.0, -9.81))
     )
     largest = abs(direct.displacement).max()
-    assert found.displacement == pytest.approx(direct.displacement, abs=1e-9 * largest)
+    # the continuous functions are found by an iteration, to a thousandth of what they add
+    assert found.displacement == pytest.approx(direct.displacement, abs=1e-4 * largest)
     assert found.reactions == pytest.approx(
         direct.reactions, abs=1e-9 * abs(direct.reactions).max()
     )
-    assert found.strain_energy == pytest.approx(direct.strain_energy, rel=1e-9)
+    assert found.strain_energy == pytest.approx(direct.strain_energy, rel=1e-6)
     assert found.peak.value == pytest.approx(direct.peak.value, rel=1e-3)
 
 

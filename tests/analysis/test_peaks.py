@@ -12,8 +12,10 @@ from polycube.analysis.peaks import boundary_name, poor_elements, singular_place
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import EVEN, TO_BEZIER
 from polycube.analysis.static import Load, deform
+from polycube.hexmesh.cad_faces import with_sets
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
+from tests.fixtures.hexmeshes import surface_of
 from tests.fixtures.industrial import FILLET, LEG, THICK, WIDE, bracket, filleted_bracket
 from tests.fixtures.splines import box, spline_of
 
@@ -45,7 +47,7 @@ def test_largest_stress_of_a_bracket_is_in_its_fillet(space):
 @pytest.mark.slow
 def test_a_sharp_corner_is_named_and_excluded():
     """With a sharp corner, the result away from it hardly depends on the size of the hexes."""
-    away, near = [], []
+    away, near, distances = [], [], []
     for n in (8, 16):
         spline = spline_of(bracket(0.0, n), "optimal")
         found = build(
@@ -58,12 +60,17 @@ def test_a_sharp_corner_is_named_and_excluded():
             },
         )(spline)
         assert found.singular.what == "sharp inner edge"
-        assert np.hypot(found.singular.at[0] - THICK, found.singular.at[2] - THICK) < THICK
+        apart = np.hypot(found.singular.at[0] - THICK, found.singular.at[2] - THICK)
+        assert apart == pytest.approx(found.singular.distance, rel=0.05)
         distance = np.hypot(found.peak.at[0] - THICK, found.peak.at[2] - THICK)
         assert distance > 0.1 * np.linalg.norm([LEG, WIDE, LEG])
         away.append(found.peak.value)
         near.append(found.singular.value)
-    assert away[1] == pytest.approx(away[0], rel=0.05) and near[1] > 1.1 * near[0]
+        distances.append(found.singular.distance / np.linalg.norm([LEG, WIDE, LEG]))
+    assert away[1] == pytest.approx(away[0], rel=0.05) and near[1] == pytest.approx(
+        near[0], rel=0.1
+    )
+    assert all(0.1 <= distance <= 0.2 for distance in distances)
 
 
 def places(spline, supports=(), loaded=(), radius=0.1):
@@ -83,6 +90,23 @@ def test_singular_places_follow_from_the_angles():
     top = faces_of(spline, "z_max")  # of area 1 / 4 each
     assert places(spline, (), [top[:1]], 0.25) == []
     assert places(spline, (), [top[:1]], 0.3) == ["load on a small area"]
+
+
+def test_inner_edges_of_the_cad_model_are_singular_where_the_spline_is_round():
+    plain = bracket()
+    corners = plain.vertices[plain.quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    axis = abs(normal).argmax(axis=1)
+    across = np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] > 0
+    region = np.unique(np.stack([plain.patch, axis, across]), axis=1, return_inverse=True)[1] + 1
+    surface = surface_of(plain, region.ravel())
+    mesh = with_sets(plain, surface)
+    spline = build("spline", {"plugin": "h2s", "sharp": "none"})(surface, mesh)
+    assert places(spline) == ["sharp inner edge"]
+    [edge] = singular_places(spline, [], [], 0.1)
+    assert abs(edge.points[:, ::2] - THICK).max() < 0.1 * LEG
+    assert np.ptp(edge.points[:, 1]) == pytest.approx(WIDE, rel=0.1)
+    assert places(replace(spline, inner_edges=np.zeros((0, 2)))) == []
 
 
 def test_points_of_singular_places_lie_on_them():

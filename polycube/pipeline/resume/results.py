@@ -33,7 +33,7 @@ SIZES: dict[type, Callable[[Any], dict[str, int]]] = {  # numbers that equal tho
     Parametrization: lambda own: {"corners": len(own.positions)},
     Spline: lambda own: {"functions": len(own.control), "Bezier nodes": own.extraction.shape[0]},
     Modes: lambda modes: {"functions": modes.shapes.shape[1]},
-    Deformation: lambda own: {"functions": len(own.displacement), "Bezier nodes": len(own.stress)},
+    Deformation: lambda own: {"Bezier nodes": len(own.stress)},
     Potential: lambda own: {"functions": len(own.values), "Bezier nodes": len(own.flux)},
 }
 PARTS = {"read": (TriMesh, str, list), "structure": (list, int), "given": (HexMesh, str)}

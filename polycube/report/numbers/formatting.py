@@ -7,7 +7,8 @@ import numpy as np
 from polycube.types import Json
 
 N_FREQUENCIES = 3  # number of frequencies in a sentence
-VISIBLE = 1e-3  # share of a stress below which its error is omitted
+VISIBLE = 1e-3  # share of a value below which its error is omitted
+TOLERABLE = 0.03  # estimated relative error above which there is a warning
 
 
 def sentences(report: Json) -> Iterator[str]:
@@ -16,11 +17,13 @@ def sentences(report: Json) -> Iterator[str]:
         found = report["modes"]
         elastic = found["frequency_hz"][found["rigid"] :][:N_FREQUENCIES]
         if elastic:
-            yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz"
+            errors = plus_minus(max(found.get("frequency_error", ())[:N_FREQUENCIES], default=None))
+            yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz{errors}"
     elif "static" in report:
         found = report["static"]
         unit, place = found["units"]["length"], coordinates(found["max_displacement_at"])
-        yield f"largest displacement {number(found['max_displacement'])} {unit} at {place}"
+        moved = f"{number(found['max_displacement'])} {unit}{plus_minus(displacement_error(found))}"
+        yield f"largest displacement {moved} at {place}"
         place, on = coordinates(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
         yield from singular_stress(found)
@@ -32,18 +35,39 @@ def sentences(report: Json) -> Iterator[str]:
 
 
 def singular_stress(static: Json) -> Iterator[str]:
-    """A sentence about the larger stress at a singular place, which is not the largest stress."""
+    """A sentence about a singular place, where the stress is larger than the largest stress."""
     peak = static["singular"]
     if peak:
+        unit = static["units"]["length"]
         yield (
-            f"near a {peak['what']}, at {coordinates(peak['at'])}, the stress is "
-            f"{megapascal(peak['von_mises'])}; it is unbounded there and grows as the mesh is "
-            "refined"
+            f"at a {peak['what']} the stress is unbounded; at a distance of "
+            f"{number(peak['distance'])} {unit}, at {coordinates(peak['at'])}, it is "
+            f"{megapascal(peak['von_mises'])}"
         )
+
+
+def displacement_error(static: Json) -> float | None:
+    """The estimated error of the largest displacement, as a share of it; None if unknown."""
+    error = static["displacement_error"]
+    return None if error is None else error / max(static["max_displacement"], 1e-300)
+
+
+def plus_minus(error: float | None) -> str:
+    """A relative error behind a value; empty if it is unknown or negligible."""
+    return f" ± {100 * error:.2g} %" if error is not None and error > VISIBLE else ""
 
 
 def cautions(report: Json) -> Iterator[str]:
     """Warnings about the results of the analysis, from the numbers of a report."""
+    errors = {"frequency": max(report.get("modes", {}).get("frequency_error", ()), default=None)}
+    if "static" in report:
+        errors["displacement"] = displacement_error(report["static"])
+    for what, error in errors.items():
+        if error is not None and error > TOLERABLE:
+            yield (
+                f"the estimated error of a {what} is {100 * error:.2g} %; use spline=optimal or "
+                "smaller hexes"
+            )
     poor = report.get("static", {}).get("poor_elements")
     if poor:
         yield (

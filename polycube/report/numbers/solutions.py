@@ -3,7 +3,14 @@
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers.formatting import coordinates, frequency, largest, text
+from polycube.report.numbers.formatting import (
+    coordinates,
+    displacement_error,
+    frequency,
+    largest,
+    plus_minus,
+    text,
+)
 from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
@@ -14,6 +21,7 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
         found = {
             "omega_squared": solution.eigenvalues.tolist(),
             "frequency_hz": solution.frequency.tolist(),
+            "frequency_error": list(solution.errors),
             "rigid": solution.rigid,
             "mass": solution.mass,
         }
@@ -24,7 +32,7 @@ def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
 
 
 def _static(spline: Spline, found: Deformation) -> dict[str, object]:
-    moved = samples(spline, spline.extraction @ found.displacement)
+    moved = samples(spline, found.displacement)
     peak, singular = found.peak, found.singular
     stress = samples(spline, found.von_mises[:, None])[..., 0]
     largest_stress = _largest(spline, "von_mises", stress)
@@ -32,12 +40,18 @@ def _static(spline: Spline, found: Deformation) -> dict[str, object]:
         largest_stress = {"max_von_mises": peak.value, "max_von_mises_at": list(peak.at)}
     return {
         **_largest(spline, "displacement", np.linalg.norm(moved, axis=2)),
+        "displacement_error": found.displacement_error,
         **largest_stress,
         "max_von_mises_on": peak.on if peak else "",
         "max_von_mises_error": peak and peak.error,
         "stress_error": found.stress_error,
         "singular": singular
-        and {"von_mises": singular.value, "at": list(singular.at), "what": singular.what},
+        and {
+            "von_mises": singular.value,
+            "at": list(singular.at),
+            "what": singular.what,
+            "distance": singular.distance,
+        },
         "poor_elements": found.poor,
         "load": found.load.tolist(),
         "reactions": [
@@ -81,7 +95,8 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
     if "static" in report:
         found = report["static"]
         unit = found.get("units", {}).get("length", "")
-        moved = f"{text(found['max_displacement'])} {unit}"
+        error = plus_minus(displacement_error(found))
+        moved = f"{text(found['max_displacement'])} {unit}{error}"
         place = f"at {coordinates(found['max_von_mises_at'])}"
         on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
         return {

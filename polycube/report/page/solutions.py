@@ -5,6 +5,7 @@ from markupsafe import Markup
 from polycube.report.numbers.formatting import (
     cautions,
     frequency,
+    percent,
     sentence,
     singular_stress,
 )
@@ -57,11 +58,13 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     unit = units.get("frequency", "")
     squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
     first = first_elastic(found) if found.rigid else 0
+    errors = dict(enumerate(found.errors, found.rigid))
     rows = [
         {
             "mode": i + 1,
             squared: float(value),
             f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
+            "estimated error, %": percent(errors.get(i)),
             "": "rigid motion" if i < first else "",
         }
         for i, value in enumerate(found.eigenvalues)

@@ -66,7 +66,7 @@ def deformed(spline: Spline, found: Deformation) -> Scene:
     The upper end of the colours is the largest stress away from singular places.
     """
     skin, points = _skin(spline)
-    shift = skin.points @ (spline.extraction @ found.displacement)
+    shift = skin.points @ found.displacement
     stress = skin.points @ found.von_mises
     scale = exaggeration(points, np.linalg.norm(shift, axis=1).max())
     largest = found.peak.value if found.peak else stress.max()

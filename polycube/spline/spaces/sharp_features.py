@@ -91,31 +91,37 @@ def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
-    """Find the boundary edges between two CAD faces that turn by more than an angle there.
+    """(S, 2) boundary edges between two CAD faces that turn by more than `angle` radians there."""
+    edges, _, inside = cad_edges(mesh, surface)
+    return edges[abs(np.pi - inside) > angle]
+
+
+def cad_edges(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Boundary edges, and the angle of the part there if they lie on a curve between CAD faces.
 
     Parameters
     ----------
     mesh : hex mesh with the sets of its CAD faces
     surface : surface with its CAD faces as `region`
-    angle : in radians
 
     Returns
     -------
-    (S, 2) vertices, ascending
+    Vertices (N, 2), ascending, the two quads (N, 2), and the angle (N,) inside the solid in
+    radians, which is pi away from these curves.
     """
     goal, face = target(surface), cad_faces(mesh)
     edges, quads = quad_edges(mesh.quads)
     adjacent = np.sort(face[quads], axis=1)
     middle = goal.to_unit(mesh.vertices)[edges].mean(axis=1)
-    nearest, turn = np.full(len(edges), np.inf), np.zeros(len(edges))
+    nearest, inside = np.full(len(edges), np.inf), np.full(len(edges), np.pi)
     for crease in goal.followed.creases:
         own = np.flatnonzero(
             (adjacent == crease.faces).all(axis=1) & (adjacent[:, 0] != adjacent[:, 1])
         )
         arc, off = crease.nearest(middle[own])
         own, arc, off = (part[off < nearest[own]] for part in (own, arc, off))
-        nearest[own], turn[own] = off, abs(np.pi - crease.at(arc)[2])
-    return edges[turn > angle]
+        nearest[own], inside[own] = off, crease.at(arc)[2]
+    return edges, quads, inside
 
 
 def cad_corners(mesh: HexMesh, surface: TriMesh) -> np.ndarray:

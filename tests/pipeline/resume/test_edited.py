@@ -91,7 +91,7 @@ def test_a_wrong_value_is_refused_by_name(kind, value, sentence, tmp_path: Path)
         (
             SPLINE,
             Deformation(
-                np.zeros((len(SPLINE.control), 3)),
+                np.zeros((7, 3)),
                 np.zeros((7, 6)),
                 np.zeros(7),
                 (),

@@ -33,7 +33,7 @@ def test_settings_of_loaded_stages_are_those_of_the_earlier_run(tmp_path):
 
 
 def test_settings_of_the_stages_that_run_are_those_of_the_command_line(tmp_path):
-    assert resumed(tmp_path, "from=spline").spline["plugin"] == "h2s"
+    assert resumed(tmp_path, "from=spline").spline["plugin"] == "auto"
     settings = resumed(tmp_path, "from=structure", "meshing.size=2%", "grid=3x1")
     assert settings.meshing["size"] == "2%" and settings.grid["shape"] == [3, 1, 1]
     assert settings.mesh == "parts/a.stl"

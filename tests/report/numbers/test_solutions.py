@@ -49,17 +49,23 @@ def test_sentences_about_a_bent_bar(bar, bent):
     report = solutions.numbers(bar, bent)
     found = report["static"]
     moved, stressed, singular = formatting.sentences(report)
-    assert moved.startswith(f"largest displacement {found['max_displacement']:.4g} mm at (4, ")
+    off = 100 * found["displacement_error"] / found["max_displacement"]
+    size = f"{found['max_displacement']:.4g} mm ± {off:.2g} %"
+    assert moved.startswith(f"largest displacement {size} at (4, ") and 0.1 < off < 3
     value, error = found["max_von_mises"] / 1e6, found["max_von_mises_error"] / 1e6
     assert stressed.startswith(f"largest von Mises stress {value:.4g} MPa ± {error:.2g} at (1, ")
     assert stressed.endswith(f" on {found['max_von_mises_on']}")
-    assert singular.startswith("near a border of x_min, at (")
-    assert 0 <= found["singular"]["at"][0] <= 1  # in the first element
-    assert f"{found['singular']['von_mises'] / 1e6:.4g} MPa; it is unbounded there" in singular
+    assert singular.startswith("at a border of x_min the stress is unbounded; at a distance of ")
+    peak = found["singular"]
+    assert 0 <= peak["at"][0] <= 1  # in the first element
+    border = min(*(abs(x - end) for x in peak["at"][1:] for end in (0, 1)))
+    assert np.hypot(border, peak["at"][0]) == pytest.approx(peak["distance"], rel=0.1)
+    assert f"of {peak['distance']:.4g} mm, at (" in singular
+    assert singular.endswith(f"it is {peak['von_mises'] / 1e6:.4g} MPa")
     text, tile = page_of(bar, bent)
-    assert "Near a border of x_min, at (" in text
+    assert "At a border of x_min the stress is unbounded" in text
     assert tile["largest von Mises stress"][0] == f"{value:.4g} MPa ± {error:.2g}"
-    assert tile["largest displacement"][0] == f"{found['max_displacement']:.4g} mm"
+    assert tile["largest displacement"][0] == size
     assert tile["largest displacement"][1].startswith("at (4, ")
     assert list(formatting.cautions(report)) == []
 
@@ -75,8 +81,16 @@ def test_badly_shaped_elements_give_a_warning(bar, bent):
 def test_sentences_about_modes_and_potentials(bar, warm):
     modes = build("analysis", {"plugin": "modal", "modes": 8})(bar)
     first, second = modes.frequency[6:8]
-    [sentence] = formatting.sentences(solutions.numbers(bar, modes))
+    report = solutions.numbers(bar, modes)
+    [sentence] = formatting.sentences(report)
     assert sentence == f"lowest elastic frequencies {first:.0f}, {second:.0f} Hz"
+    assert 0 < max(report["modes"]["frequency_error"]) < formatting.VISIBLE
+    assert list(formatting.cautions(report)) == []
+    stiff = solutions.numbers(bar, replace(modes, errors=(0.05, 0.01)))
+    [sentence] = formatting.sentences(stiff)
+    assert sentence.endswith(f"{second:.0f} Hz ± 5 %")
+    [caution] = formatting.cautions(stiff)
+    assert caution.startswith("the estimated error of a frequency is 5 %; use spline=optimal or")
     values, flux = formatting.sentences(solutions.numbers(bar, warm))
     assert values == "u from 10 to 30 K"
     assert flux.startswith("largest flux 250000 W/m^2 at (")

@@ -75,7 +75,7 @@ def results(spline: Spline, solution: Solution, points: np.ndarray, unit: str) -
     if isinstance(solution, Modes):
         found = _modes(solution, at)
     elif isinstance(solution, Deformation):
-        found = _static(solution, at, nearest, nodes, unit)
+        found = _static(solution, nearest, nodes, unit)
     else:
         u = at @ solution.values
         ends = float(u.min()), float(u.max())
@@ -96,10 +96,8 @@ def _modes(modes: Modes, at: csr_matrix) -> list[Result]:
     return found
 
 
-def _static(
-    found: Deformation, at: csr_matrix, nodes: np.ndarray, points: np.ndarray, unit: str
-) -> list[Result]:
-    moved = at @ found.displacement
+def _static(found: Deformation, nodes: np.ndarray, points: np.ndarray, unit: str) -> list[Result]:
+    moved = found.displacement[nodes]
     length = np.linalg.norm(moved, axis=1)
     stress = found.von_mises[nodes] / PASCAL
     most = found.peak.value / PASCAL if found.peak else float(stress.max())

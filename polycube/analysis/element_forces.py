@@ -1,0 +1,120 @@
+"""Compiled elastic forces of tricubic elements: sums are factorised, nothing is stored."""
+
+from functools import partial
+
+import numpy as np
+from numba import njit
+
+from polycube.numerics.fast_math import FAST
+from polycube.numerics.threads import parts, side_by_side
+from polycube.spline.bernstein import bernstein, derivative, gauss
+from polycube.spline.element_tangents import LANES, add_back, buffers, gather, tangents
+
+LEAST = 64  # smallest number of elements for a thread
+
+
+def elastic_forces(
+    points: np.ndarray,
+    nodes: np.ndarray,
+    displacement: np.ndarray,
+    n_gauss: int,
+    shear: float,
+    lame: float,
+) -> np.ndarray:
+    """(B, 3) forces K u of the functions of the Bezier nodes.
+
+    points, displacement : (B, 3) Bezier coefficients.  nodes : (E, 64).  shear, lame : moduli
+    """
+    line, weights = gauss(n_gauss)
+    given = bernstein(line), derivative(line), weights, shear, lame
+    displacement = np.ascontiguousarray(displacement)
+    work = [
+        partial(_forces, points, nodes[p], displacement, *given) for p in parts(len(nodes), LEAST)
+    ]
+    return np.sum(side_by_side(work), axis=0)
+
+
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+def _forces(
+    points: np.ndarray,
+    nodes: np.ndarray,
+    displacement: np.ndarray,
+    values: np.ndarray,
+    slopes: np.ndarray,
+    weights: np.ndarray,
+    shear: float,
+    lame: float,
+) -> np.ndarray:
+    """(B, 3) forces of some elements; values and slopes (n, 4) of the polynomials on a line."""
+    n = len(values)
+    found = np.zeros(points.shape)
+    net, planes, lines, place, _ = buffers(n)
+    moved, by_net, slope = np.empty_like(net), np.empty_like(net), np.empty_like(place)
+    square = np.outer(weights, weights).ravel()
+    for start in range(0, len(nodes), LANES):
+        gather(points, nodes, start, net)
+        gather(displacement, nodes, start, moved)
+        by_net[:] = 0
+        for k in range(n):
+            tangents(net, values, slopes, k, planes, lines, place)
+            tangents(moved, values, slopes, k, planes, lines, slope)
+            _resist(place, slope, weights[k] * square, shear, lame)
+            add_back(slope, values, slopes, k, planes, lines, by_net)
+        for at in range(min(LANES, len(nodes) - start)):
+            for r in range(64):
+                for d in range(3):
+                    found[nodes[start + at, r], d] += by_net[(3 * r + d) * LANES + at]
+    return found
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _resist(
+    place: np.ndarray, slope: np.ndarray, weights: np.ndarray, shear: float, lame: float
+) -> None:
+    """Replace the derivatives of u on a plane by those of the energy with respect to them.
+
+    place, slope : (n^2, 3, 3 LANES) derivatives of the points and of u by the parameters
+    weights : (n^2,) of the Gauss points
+
+    With the cofactors c_k of the Jacobian matrix, du/dx = sum_k du/dk c_k / det J.
+    """
+    cofactor, strain = np.empty((3, 3, LANES)), np.empty((3, 3, LANES))
+    for s in range(len(weights)):
+        for k in range(3):
+            b, c, own = place[s, (k + 1) % 3], place[s, (k + 2) % 3], cofactor[k]
+            for x in range(LANES):
+                y, z = LANES + x, 2 * LANES + x
+                own[0, x] = b[y] * c[z] - b[z] * c[y]
+                own[1, x] = b[z] * c[x] - b[x] * c[z]
+                own[2, x] = b[x] * c[y] - b[y] * c[x]
+        for i in range(3):
+            for d in range(3):
+                a, out = d * LANES, strain[i, d]
+                for x in range(LANES):
+                    out[x] = (
+                        slope[s, 0, a + x] * cofactor[0, i, x]
+                        + slope[s, 1, a + x] * cofactor[1, i, x]
+                        + slope[s, 2, a + x] * cofactor[2, i, x]
+                    )
+        for x in range(LANES):
+            det = (
+                place[s, 0, x] * cofactor[0, 0, x]
+                + place[s, 0, LANES + x] * cofactor[0, 1, x]
+                + place[s, 0, 2 * LANES + x] * cofactor[0, 2, x]
+            )
+            mu = shear * weights[s] / det
+            spread = lame * weights[s] / det * (strain[0, 0, x] + strain[1, 1, x] + strain[2, 2, x])
+            for i in range(3):
+                for d in range(i):
+                    both = mu * (strain[i, d, x] + strain[d, i, x])
+                    strain[i, d, x], strain[d, i, x] = both, both
+                strain[i, i, x] = 2 * mu * strain[i, i, x] + spread
+        for k in range(3):
+            for d in range(3):
+                a = d * LANES
+                for x in range(LANES):
+                    slope[s, k, a + x] = (
+                        strain[0, d, x] * cofactor[k, 0, x]
+                        + strain[1, d, x] * cofactor[k, 1, x]
+                        + strain[2, d, x] * cofactor[k, 2, x]
+                    )

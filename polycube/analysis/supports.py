@@ -1,0 +1,56 @@
+"""Supports of a displacement from options: lists of places and the values prescribed there.
+
+An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, see
+`polycube.analysis.boundary_sets`) or {at: place, ...} with the prescribed values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import TYPE_CHECKING
+
+from polycube.analysis.problem import Prescribed
+from polycube.types import Json, Spline
+
+if TYPE_CHECKING:
+    from polycube.analysis.constraints import Support
+
+AXES = "xyz"
+
+
+def supports(spline: Spline, given: Sequence[Prescribed]) -> list[Support]:
+    """The supports of a spline; raises InputError for a place that does not exist."""
+    from polycube.analysis.boundary_sets import faces_of, place_name
+    from polycube.analysis.constraints import Support
+
+    return [
+        Support(place_name(each.place), faces_of(spline, each.place), each.components, each.values)
+        for each in given
+    ]
+
+
+def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
+    """The supports of a displacement for the description of a problem."""
+    found = []
+    for place, settings in map(split, items):
+        axes = tuple(AXES.index(axis) for axis in settings.get("components", AXES))
+        value = settings.get("value", 0.0)
+        values = len(axes) * (value,) if is_number(value) else tuple(value)
+        found.append(Prescribed(place, axes, tuple(map(float, values))))
+    return tuple(found)
+
+
+def split(item: object) -> tuple[object, Json]:
+    """Place of an item, and the values prescribed there."""
+    from polycube.analysis.boundary_sets import place_of
+
+    place = place_of(item)
+    if not isinstance(item, Mapping) or place is item:
+        return item, {}
+    return place, {key: value for key, value in item.items() if key != "at"}
+
+
+def is_number(value: object) -> bool:
+    """Whether the value is a number and not a boolean."""
+    return isinstance(value, Real) and not isinstance(value, bool)
