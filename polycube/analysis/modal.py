@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
 ESTIMATED = 10  # elastic modes whose error is estimated
 STEPS = 15  # of conjugate gradients for such an estimate
-SAFETY = 2.0  # for what these steps, and tricubic functions on the same elements, do not find
+SAFETY = 3.0  # for what these steps, and tricubic functions on the same elements, do not find
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
 

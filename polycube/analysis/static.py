@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 # factor of the estimated error of displacements: that of the work of the loads is the square of the
 # error of the stress in the energy norm
-SAFETY = 2.0
+SAFETY = 3.0
 
 
 @dataclass(frozen=True, eq=False)
