@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
-from polycube.diffusion.encoding import learning_frame
 from polycube.registry import build
 from polycube.structure import rough_map
 from polycube.structure.lattice import OUTWARD, boundary, lattice
@@ -22,6 +23,8 @@ from .options import DenoisingOptions
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
+
+    from .paper import Paper
 
 logger = logging.getLogger(__name__)
 
@@ -42,8 +45,8 @@ def proposed(
     earlier = best_of_each(same_grid)
     given = any(candidate.proposal == "given" for candidate in candidates)
     tried = [] if given else _within_margin(options, probable)
-    tried = tried + _as_guesses(earlier[: options.samples], probable)
-    found = best_of_each(_denoised(options, denoiser, surface, tried)) if tried else []
+    tried = tried + as_guesses(earlier[: options.samples], probable)
+    found = best_of_each(denoised(options, denoiser, surface, tried)) if tried else []
     close = [c for c in found if c.cost <= found[0].cost + options.margin]
     earlier_of = {candidate.key: candidate for candidate in earlier}
     updated = [_with_denoising(earlier_of[c.key], c) for c in found if c.key in earlier_of]
@@ -70,43 +73,69 @@ def _within_margin(options: DenoisingOptions, probable: list[Guess]) -> list[Gue
     return [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
 
 
-def _denoised(
-    options: DenoisingOptions, denoiser: Denoiser, surface: TriMesh, batch: list[Guess]
+def denoised(
+    options: DenoisingOptions | Paper,
+    denoiser: Denoiser,
+    surface: TriMesh,
+    batch: list[Guess],
+    assigns: bool = False,
 ) -> list[Candidate]:
-    """A candidate of every guess; those with equal numbers of sample points are batched."""
+    """A candidate of every guess; those with equal numbers of sample points are batched.
+
+    assigns : do not take the points of the result in their order, see `_assigned`
+    """
     from polycube.diffusion.process import kept_steps
 
     sampler = build("sampler", options.sampler)
-    counts = np.array([denoiser.n_points(guess.polycube.context) for guess in batch])
+    counts = np.array([len(denoiser.pixels(guess.polycube.context)) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count).tolist()
         points, normals = sample(surface, count, np.random.default_rng(options.seed))
         turns = [batch[index].rotation for index in rows]
-        placed = [learning_frame(surface.vertices, turn).apply(points) for turn in turns]
-        denoised = denoiser.denoise(
+        contexts = [batch[index].polycube.context for index in rows]
+        placed = [
+            denoiser.frame(surface.vertices, turn, context).apply(points)
+            for turn, context in zip(turns, contexts, strict=True)
+        ]
+        result = denoiser.denoise(
             np.stack(placed),
             np.stack([normals @ turn.T for turn in turns]),
-            [batch[index].polycube.context for index in rows],
+            contexts,
             sampler,
             options.seed,
         )
         for row, index in enumerate(rows):
+            order = np.arange(count)
+            if assigns:
+                order = _assigned(points, result.points[row], *batch[index].box(surface))
             found[index] = _candidate(
                 options,
                 batch[index],
                 surface,
-                points,
-                normals,
-                denoised.trajectory[:, row],
-                [log_p[row] for log_p in denoised.log_labels],
+                points[order],
+                normals[order],
+                result.trajectory[:, row],
+                [log_p[row] for log_p in result.log_labels],
             )
     steps = tuple(kept_steps(denoiser.process.steps))
     return [replace(found[index], steps=steps) for index in range(len(batch))]
 
 
+def _assigned(
+    points: np.ndarray, x_0: np.ndarray, linear: np.ndarray, offset: np.ndarray
+) -> np.ndarray:
+    """(N,) number of the point of the part that each x_0 (N, 3) belongs to.
+
+    The sum of the squared distances is the smallest one, in cells, after the map x -> linear @ x +
+    offset from the polycube to the part.
+    """
+    cells = np.linalg.solve(linear, (points - offset).T).T
+    return linear_sum_assignment(cdist(x_0, cells, "sqeuclidean"))[1]
+
+
 def _candidate(
-    options: DenoisingOptions,
+    options: DenoisingOptions | Paper,
     guess: Guess,
     surface: TriMesh,
     points: np.ndarray,
@@ -122,7 +151,7 @@ def _candidate(
     residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
     cost = residual - UNLIKELY * guess.log_likelihood
     return Candidate(
-        "diffusion", guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
+        options.proposal, guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
     )
 
 
@@ -134,7 +163,7 @@ def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
     return list(best.values())
 
 
-def _as_guesses(earlier: list[Candidate], probable: list[Guess]) -> list[Guess]:
+def as_guesses(earlier: list[Candidate], probable: Sequence[Guess] = ()) -> list[Guess]:
     """Earlier candidates as guesses; with the lowest probability if their frame was not used."""
     known = {guess.key: (guess.log_likelihood, guess.probability) for guess in probable}
     lowest = min((guess.log_likelihood for guess in probable), default=0.0), None
