@@ -32,12 +32,14 @@ class Paper(Given, Structure):
     weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights `paper`
     sampler : sampler of x_0; ddpm is Algorithm 2
     tried : number of placements of the context that are denoised
+    seed : seed of the sample points and the sampler
     """
 
     context: Sequence[str | None] | None = setting("context", None)
     weights: str | None = setting("ckpt", None)
     sampler: Mapping[str, object] = choice("sampler", "ddpm")
     tried: int = 2
+    seed: int = setting("seed", 0)
 
     references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
     proposal: ClassVar[str] = "paper"
