@@ -35,7 +35,7 @@ class Paper(Given, Structure):
     seed : seed of the sample points and the sampler
     """
 
-    context: Sequence[str | None] | None = setting("context", None)
+    context: Sequence[str | None] = setting("context", ())
     weights: str | None = setting("ckpt", None)
     sampler: Mapping[str, object] = choice("sampler", "ddpm")
     tried: int = 2

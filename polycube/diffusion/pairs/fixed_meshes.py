@@ -81,4 +81,5 @@ class MeshPairs:
                 np.add.at(normals, faces, triangle_vectors(smooth[faces])[:, None])
                 labels = np.insert(labels, 1, cell, axis=1)
                 rows.append((smooth + corner, unit(normals), vertices + corner, labels))
-        return Pair(*map(np.concatenate, zip(*rows, strict=True)), context)
+        geometry, normals, polycube, labels = map(np.concatenate, zip(*rows, strict=True))
+        return Pair(geometry, normals, polycube, labels, context)
