@@ -6,7 +6,8 @@ FOLDER has the surfaces of the authors, such as ddpm_eight.obj; models without a
 examples of this program.  For each model, the part is placed as by `structure=given`, in the
 cheapest placement.  Algorithm 2 is applied, and its result is compared with the template of the
 context: point by point, and by the nearest vertex, in cells; "untouched" is the same for the points
-of the part.  Then `structure=paper` makes a hex mesh.  One line of a table is printed for each.
+of the part.  Then `structure=paper` makes a hex mesh.
+One line of a table is printed for each.
 """
 
 from __future__ import annotations
@@ -60,6 +61,7 @@ def main(weights: str, folder: Path, names: list[str]) -> None:
         row = [f"{name}, {found[0].name if found else 'example'}", ", ".join(context), kind]
         row += [f"{distance:.3f}" for distance in distances(denoiser, surface, context)]
         sys.stdout.write(f"| {' | '.join([*row, *meshed(source, context, weights)])} |\n")
+        sys.stdout.flush()
 
 
 def distances(denoiser: Denoiser, surface: TriMesh, context: list[str]) -> list[float]:
@@ -86,14 +88,13 @@ def distances(denoiser: Denoiser, surface: TriMesh, context: list[str]) -> list[
 def meshed(source: object, context: list[str], weights: str) -> list[str]:
     """Hexes, smallest scaled Jacobian and CPU seconds of `structure=paper`."""
     began = time.process_time()
+    options = {"context": context, "order": ["meshing"]}
     try:
-        result = polycube.mesh(
-            source, "structure=paper", f"ckpt={weights}", context=context, order=["meshing"]
-        )
+        result = polycube.mesh(source, "structure=paper", f"ckpt={weights}", **options)
         numbers = result.report["hex"]
         own = [str(len(result.hexes.hexes)), f"{numbers['min_scaled_jacobian']:.2f}"]
     except (InputError, MeshingError) as error:
-        own = ["–", str(error)]
+        own = ["–", str(error).partition(";")[0]]
     return [*own, f"{time.process_time() - began:.0f}"]
 
 

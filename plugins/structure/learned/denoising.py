@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 N_COMPARED = 2000  # points of a part at which two rough maps are compared
+EDGE = 0.02  # share of the points outside of each side of the box of a noisy result
 SMOOTH, OUTLIER = 3e-4, 0.2  # parameters of the fit of the rough map
 LOOK = 0.3  # cells in the residual equivalent to a face perpendicular to the surface
 
@@ -106,20 +107,29 @@ def denoised(
             options.seed,
         )
         for row, index in enumerate(rows):
-            order = np.arange(count)
+            order, x_0 = np.arange(count), result.points[row].astype(np.float64)
             if assigns:
-                order = _assigned(points, result.points[row], *batch[index].box(surface))
+                x_0 = _boxed(x_0, batch[index].polycube)
+                order = _assigned(points, x_0, *batch[index].box(surface))
             found[index] = _candidate(
                 options,
                 batch[index],
                 surface,
                 points[order],
                 normals[order],
+                x_0,
                 result.trajectory[:, row],
                 [log_p[row] for log_p in result.log_labels],
             )
     steps = tuple(kept_steps(denoiser.process.steps))
     return [replace(found[index], steps=steps) for index in range(len(batch))]
+
+
+def _boxed(x_0: np.ndarray, polycube: Polycube) -> np.ndarray:
+    """Points (N, 3), most of which are moved into the box of the polycube, axis by axis."""
+    low, high = np.quantile(x_0, [EDGE, 1 - EDGE], axis=0)
+    start, end = np.transpose([knots[[0, -1]] for knots in polycube.knots])
+    return start + (x_0 - low) / (high - low) * (end - start)
 
 
 def _assigned(
@@ -140,12 +150,16 @@ def _candidate(
     surface: TriMesh,
     points: np.ndarray,
     normals: np.ndarray,
+    x_0: np.ndarray,
     trajectory: np.ndarray,
     log_labels: list[np.ndarray],
 ) -> Candidate:
-    """Candidate from points (N, 3) of the model and their trajectory (S, N, 3) to the polycube."""
+    """Candidate from points (N, 3) of the model and their places x_0 (N, 3) on the polycube.
+
+    trajectory : (S, N, 3) recorded states
+    """
     solid = lattice(options.grid, guess.polycube.context, options.primitives)
-    regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
+    regular, axis = project(solid, x_0, log_labels)
     fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
     misalignment = 1 - (OUTWARD[axis] * (normals @ guess.rotation.T)).sum(axis=1).mean()
     residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
