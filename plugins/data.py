@@ -115,6 +115,7 @@ class Published:
     rounding: float = 3.0
 
     pads = True
+    fixed = True
 
     def __post_init__(self) -> None:
         _check_types(self.types)

@@ -24,8 +24,6 @@ from .options import DenoisingOptions
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
 
-    from .paper import Paper
-
 logger = logging.getLogger(__name__)
 
 N_COMPARED = 2000  # points of a part at which two rough maps are compared
@@ -75,10 +73,11 @@ def _within_margin(options: DenoisingOptions, probable: list[Guess]) -> list[Gue
 
 
 def denoised(
-    options: DenoisingOptions | Paper,
+    options: DenoisingOptions,
     denoiser: Denoiser,
     surface: TriMesh,
     batch: list[Guess],
+    proposal: str = "diffusion",
     assigns: bool = False,
 ) -> list[Candidate]:
     """A candidate of every guess; those with equal numbers of sample points are batched.
@@ -111,7 +110,7 @@ def denoised(
             if assigns:
                 x_0 = _boxed(x_0, batch[index].polycube)
                 order = _assigned(points, x_0, *batch[index].box(surface))
-            found[index] = _candidate(
+            made = _candidate(
                 options,
                 batch[index],
                 surface,
@@ -121,6 +120,7 @@ def denoised(
                 result.trajectory[:, row],
                 [log_p[row] for log_p in result.log_labels],
             )
+            found[index] = replace(made, proposal=proposal)
     steps = tuple(kept_steps(denoiser.process.steps))
     return [replace(found[index], steps=steps) for index in range(len(batch))]
 
@@ -145,7 +145,7 @@ def _assigned(
 
 
 def _candidate(
-    options: DenoisingOptions | Paper,
+    options: DenoisingOptions,
     guess: Guess,
     surface: TriMesh,
     points: np.ndarray,
@@ -165,7 +165,7 @@ def _candidate(
     residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
     cost = residual - UNLIKELY * guess.log_likelihood
     return Candidate(
-        options.proposal, guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
+        "diffusion", guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
     )
 
 

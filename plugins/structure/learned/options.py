@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -27,8 +26,6 @@ class DenoisingOptions:
     frames : number of coordinate frames that are tried
     seed : seed of the sample points and the sampler
     """
-
-    proposal: ClassVar[str] = "diffusion"
 
     grid: tuple[int, int, int]
     primitives: Mapping[str, np.ndarray]

@@ -18,6 +18,7 @@ from polycube.registry import choice, register, setting
 from polycube.types import Candidate, Tier, TriMesh
 
 from ..given import Given
+from .options import DenoisingOptions
 
 
 @register("structure", "paper")
@@ -42,7 +43,6 @@ class Paper(Given, Structure):
     seed: int = setting("seed", 0)
 
     references: ClassVar[tuple[str, ...]] = ("ho2020ddpm",)
-    proposal: ClassVar[str] = "paper"
 
     tier = Tier.LEARNED
     needs_network = True
@@ -61,4 +61,8 @@ class Paper(Given, Structure):
         if denoiser is None:
             return []
         placed = best_of_each(super().__call__(surface, candidates))[: self.tried]
-        return best_of_each(denoised(self, denoiser, surface, as_guesses(placed), assigns=True))
+        options = DenoisingOptions(
+            grid=self.grid, primitives=self.primitives, sampler=self.sampler, seed=self.seed
+        )
+        batch = as_guesses(placed)
+        return best_of_each(denoised(options, denoiser, surface, batch, "paper", assigns=True))
