@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from polycube.registry import register
 
 if TYPE_CHECKING:
     from polycube.diffusion.pairs.any_structure import LatticePairs, PartPairs
+    from polycube.diffusion.pairs.fixed_meshes import MeshPairs
     from polycube.diffusion.pairs.pairs import Pairs
     from polycube.diffusion.pairs.templates import Context
 
@@ -22,7 +23,6 @@ Grid = Sequence[int] | None  # none for arbitrary structures
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
 TYPES = ("all", "published")
-SHAPES = {field.name for field in fields(Deformation)} - {"roughness"}
 
 
 def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
@@ -37,6 +37,17 @@ def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
         for here in range(n_cells)
     ]
     return single if n_cells == 1 else [*single, (next(iter(primitives)),) * n_cells]
+
+
+def _check_types(types: str) -> None:
+    if types not in TYPES:
+        raise ValueError(f"types must be {' or '.join(TYPES)}; got {types!r}")
+
+
+def _contexts(types: str, grid: Sequence[int], primitives: Primitives) -> list[Context]:
+    from polycube.diffusion.pairs.templates import contexts
+
+    return {"all": contexts, "published": published}[types](grid, primitives)
 
 
 def _n_points() -> int:
@@ -69,8 +80,7 @@ class Paired(Deformation):
     pads = False  # the geometry fills the whole image, for any context
 
     def __post_init__(self) -> None:
-        if self.types not in TYPES:
-            raise ValueError(f"types must be {' or '.join(TYPES)}; got {self.types!r}")
+        _check_types(self.types)
         if not (0 <= self.cad and 0 <= self.organic and self.cad + self.organic <= 1):
             shares = f"{self.cad}, {self.organic}"
             raise ValueError(f"cad and organic must be shares, together at most 1; got {shares}")
@@ -79,40 +89,47 @@ class Paired(Deformation):
         """The stream; pairs are computed by their number."""
         from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes
         from polycube.diffusion.pairs.pairs import Pairs
-        from polycube.diffusion.pairs.templates import contexts
 
         if not grid:
             shapes = LatticeShapes(cad=self.cad, organic=self.organic)
             return LatticePairs(seed, _n_points(), shapes)
-        chosen = {"all": contexts, "published": published}[self.types](grid, primitives)
+        chosen = _contexts(self.types, grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 
 
 @register("data", "paper")
 @dataclass(frozen=True)
 class Published:
-    """Published data: single primitives, and the first primitive in all cells, with noise.
+    """Published data: primitives as meshes of fixed vertices, and the same meshes rounded.
 
-    A geometry is its polycube with noise. It has 512 points per occupied cell; the other points are
-    zero.
+    Vertex i of the geometry belongs to vertex i of the polycube, and both are in the same frame. A
+    cell has 512 vertices; the pixels of an empty cell are zero. The seed has no effect.
 
     Parameters
     ----------
-    jitter : largest standard deviation of the noise, in units of the learning frame
+    types : contexts of the pairs: published (the nine of the published set for 2x1), or all
+    rounding : smoothing of the geometries; 3 is close to the published ones
     """
 
-    jitter: float = 0.02
+    types: str = "published"
+    rounding: float = 3.0
 
     pads = True
+    fixed = True
 
-    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs:
-        """The stream; pairs are computed by their number."""
-        from polycube.diffusion.pairs.pairs import Pairs
+    def __post_init__(self) -> None:
+        _check_types(self.types)
+        if not self.rounding >= 0:
+            raise ValueError(f"rounding must not be negative; got {self.rounding}")
+
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MeshPairs:
+        """The stream; the pairs of a context are all equal."""
+        from polycube.diffusion.pairs.fixed_meshes import MeshPairs
 
         if not grid:
             raise ValueError("data=paper needs a grid; use data=paired with grid=any")
-        noise = Deformation(**dict.fromkeys(SHAPES, 0.0), roughness=self.jitter)
-        return Pairs(grid, primitives, published(grid, primitives), noise, seed, pads=True)
+        chosen = _contexts(self.types, grid, primitives)
+        return MeshPairs(grid, primitives, chosen, self.rounding)
 
 
 @register("data", "parts")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from polycube.registry import build, choice, register
+from polycube.registry import register
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -115,40 +114,3 @@ class Ddim:
             )
             states += between
         return x_t, torch.stack(states)
-
-
-@register("sampler", "mean")
-@dataclass(frozen=True, eq=False)
-class Mean:
-    """Mean of several samples of another sampler: a smaller error, but less sharp polycubes.
-
-    Recorded states are means as well, so they form one trajectory from x_T to x_0.
-
-    Parameters
-    ----------
-    of : sampler of the samples
-    k : number of samples
-    """
-
-    of: Mapping[str, object] = choice("sampler", "ddpm")
-    k: int = 8
-
-    def __post_init__(self) -> None:
-        if self.k < 1:
-            raise ValueError(f"k must be at least 1; got {self.k}")
-        if not isinstance(self.of, Mapping):
-            raise TypeError(
-                f"of must be a sampler's config such as {{plugin: ddpm}}; got {self.of!r}"
-            )
-        build("sampler", self.of)
-
-    def __call__(
-        self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
-    ) -> tuple[Tensor, Tensor]:
-        """x_0 and the recorded states from x_T to it, (B, 3, h, w) and (S, B, 3, h, w)."""
-        sampler = build("sampler", self.of)
-        _, states = sampler(predict, x_T, process, generator)
-        for draws in range(2, self.k + 1):
-            _, more = sampler(predict, x_T, process, generator)
-            states = states + (more - states) / draws
-        return states[-1], states

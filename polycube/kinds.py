@@ -67,8 +67,9 @@ class Sampler(Protocol):
 class Data(Protocol):
     """Training pairs: an unlimited stream of geometry, polycube, labels and context."""
 
-    pads: bool  # single cells have 512 points and then zeros, as published
+    pads: bool  # the pixels of empty cells are zeros, as published
     gridless: ClassVar[bool] = False  # pairs without a grid, for grid=any only
+    fixed: ClassVar[bool] = False  # the pairs do not depend on the seed
 
     def __call__(self, *args: object, **options: object) -> object:
         """See `polycube.testing.learning` for the arguments and the result."""

@@ -53,17 +53,19 @@ Plugins.instance().register(PluginConfigs)
 def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
     """Run `job(config, output folder)` of a command line.
 
-    An `InputError` or an error of the configuration is printed in one line; the exit code is 2.
+    An `InputError` or an error of the configuration is printed in one line; the exit code is 2. A
+    sweeper receives what the job returns: of a mapping, its "error", as the value to minimise.
     """
 
-    def task(cfg: DictConfig) -> None:
+    def task(cfg: DictConfig) -> object:
         folder = Path(HydraConfig.get().runtime.output_dir)
         if folder.is_relative_to(Path.cwd()):
             folder = folder.relative_to(Path.cwd())  # as the user would write it
         try:
-            job(plain(cfg, throw_on_missing=True), folder)
+            result = job(plain(cfg, throw_on_missing=True), folder)
         except (InputError, OmegaConfBaseException) as error:
             sys.exit(refused(error))  # here, because Hydra would print a line of its own
+        return result.get("error") if isinstance(result, dict) else result
 
     try:
         run_hydra(config_name, task)
@@ -71,7 +73,7 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
         sys.exit(refused(error))
 
 
-def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
+def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
     """Run a task with Hydra, once or for each job of a multirun.
 
     Raises
@@ -87,11 +89,11 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], None]) -> None:
             raise InputError(f"unknown flag {flag}; options are given as {name}=value")
 
     @wraps(task)
-    def with_collector(cfg: DictConfig) -> None:
+    def with_collector(cfg: DictConfig) -> object:
         if not gc.isenabled():  # see `polycube.cli`
             gc.freeze()  # existing objects stay until the end
             gc.enable()
-        task(cfg)
+        return task(cfg)
 
     main = hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     try:

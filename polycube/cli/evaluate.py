@@ -18,7 +18,7 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
 from polycube.cli.command import OTHER_FOLDER, command
-from polycube.cli.train import HELD_OUT
+from polycube.cli.train import JUDGED
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
@@ -40,7 +40,6 @@ TABLE = {  # heading: column of `diffusion.evaluation`, and its format
     "error": ("error", "{:.3f}"),
     "p95": ("error_p95", "{:.3f}"),
     "one step": ("error_one_step", "{:.3f}"),
-    "untouched": ("error_untouched", "{:.3f}"),
     "off polycube": ("off_polycube", "{:.3f}"),
     "patch": ("labelled_patch", "{:.1%}"),
     "cell": ("labelled_cell", "{:.1%}"),
@@ -56,6 +55,8 @@ TABLE = {  # heading: column of `diffusion.evaluation`, and its format
     "s": ("seconds", "{:.3g}"),
     "1/s": ("samples_per_second", "{:.3g}"),
 }
+# beside every network of a grid: what needs none, given the context
+BASELINES = ("untouched", "box", "normals", "centre")
 WITHOUT_GRID = {  # the same for arbitrary structures; additional columns if there are any
     "axis": ("labelled_axis", "{:.1%}"),
     "knot": ("labelled_knot", "{:.1%}"),
@@ -110,13 +111,26 @@ def table(rows: Sequence[Row]) -> str:
     for row in rows:
         columns = row["columns"]
         lines.append([_short(row["path"])])
-        lines[-1] += [f.format(columns[c]) if c in columns else "" for c, f in heads.values()]
+        lines[-1] += [_cell(columns, c, f) for c, f in heads.values()]
+        for name in BASELINES:
+            own = {"error": f"error_{name}", "patch": f"patch_{name}"}
+            cells = [_cell(columns, own.get(c, ""), f) for c, f in heads.values()]
+            if any(cells):
+                lines.append([f"{_short(row['path'])}: {name}", *cells])
     for row in rows:
         if row["parts"]:
             titles = ("part", "genus", "hint", "context", "cost", "seconds")
             lines += [[], [f"{_short(row['path'])}: {titles[0]}", *titles[1:]], ["-"] * len(titles)]
             lines += [[str(part[head]) for head in titles] for part in row["parts"]]
     return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
+
+
+def _cell(columns: Row, name: str, form: str) -> str:
+    """A column with its confidence interval, if it has one; empty if it is missing."""
+    if name not in columns:
+        return ""
+    half = columns.get(f"{name}_interval")
+    return form.format(columns[name]) + ("" if half is None else f" ± {form.format(half)}")
 
 
 def main() -> None:
@@ -128,7 +142,7 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs for the grid of the denoiser, of all and of each kind of pair."""
     primitives = voxels(denoiser.condition.cells)
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
-    pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + HELD_OUT)
+    pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + JUDGED)
     if not denoiser.condition.grid:
         columns = evaluate_any(
             denoiser, pairs, cfg["pairs"], sampler, cfg["batch_size"], cfg["seed"]

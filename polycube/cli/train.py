@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
@@ -46,7 +46,8 @@ Made = TypeVar("Made")
 WEIGHTS = tuple(f"weights/weights.{suffix}" for suffix in ("safetensors", "yaml", "json"))
 CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
 THIN = 3  # for networks on points: a ninth of the points, 1.5 times faster than a quarter
-HELD_OUT = 10**9  # added to the seed for the held-out pairs
+HELD_OUT = 10**9  # added to the seed for the held-out pairs, which choose the best checkpoint
+JUDGED = 2 * HELD_OUT  # added to the seed for the pairs of `polycube.evaluate`, which judge it
 
 
 def train(cfg: Json, folder: Path) -> dict[str, float]:
@@ -156,21 +157,30 @@ def _denoiser_config(cfg: Json, pads: bool) -> Recipe:
 
 
 def _trainer(cfg: Json, folder: Path) -> L.Trainer:
-    """Trainer of Lightning, with checkpoints, averaged weights, TensorBoard and pictures."""
+    """Trainer of Lightning, with checkpoints, averaged weights, TensorBoard and pictures.
+
+    Callbacks and plugins of the user are added to these; other arguments replace the defaults.
+    """
     saved = partial(ModelCheckpoint, folder / "checkpoints", enable_version_counter=False)
     best = saved(filename="best", monitor="error")
     last = saved(filename="last", save_on_train_epoch_end=True)  # each epoch, validated or not
-    logger = TensorBoardLogger(folder, name="tensorboard", version="", default_hp_metric=False)
+    given = {
+        "use_distributed_sampler": False,  # the samplers of this program support several processes
+        "limit_train_batches": cfg["batches_per_epoch"],
+        "default_root_dir": str(folder),
+        "enable_model_summary": False,
+        **cfg["trainer"],
+        "log_every_n_steps": min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
+    }
+    callbacks, plugins = (_instances(given.pop(name, None)) for name in ("callbacks", "plugins"))
+    curves = {}
+    if "logger" not in given:
+        curves["logger"] = TensorBoardLogger(folder, "tensorboard", "", default_hp_metric=False)
     trainer = hydra.utils.instantiate(
-        cfg["trainer"],
-        callbacks=[best, last, Pictures()],
-        logger=logger,
-        plugins=[AtomicCheckpoints(folder)],
-        use_distributed_sampler=False,  # the samplers of this program support several processes
-        limit_train_batches=cfg["batches_per_epoch"],
-        log_every_n_steps=min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
-        default_root_dir=str(folder),
-        enable_model_summary=False,
+        given,
+        callbacks=[best, last, Pictures(), *callbacks],
+        plugins=[AtomicCheckpoints(folder), *plugins],
+        **curves,
     )
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
@@ -182,6 +192,12 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
             f"got {cfg['held_out']}"
         )
     return trainer
+
+
+def _instances(configs: Any) -> list[Any]:
+    """Objects of a list of configurations, or of those in a mapping."""
+    listed = configs.values() if isinstance(configs, dict) else configs or ()
+    return [hydra.utils.instantiate(each) for each in listed]
 
 
 def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:

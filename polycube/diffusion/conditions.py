@@ -11,10 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from polycube.diffusion.encoding import context_length, context_vector, image_size
+from polycube.diffusion.encoding import (
+    box_of,
+    context_length,
+    context_vector,
+    image_size,
+    pixels_of,
+)
 from polycube.diffusion.pairs.any_structure import LatticePair
 from polycube.diffusion.pairs.lattices import MOST_HANDLES, MOST_SLABS
-from polycube.diffusion.pairs.pairs import Pair, n_sample_points
+from polycube.diffusion.pairs.pairs import Pair
 from polycube.structure.primitives import Item, primitive_name
 
 AXES = 6  # number of directions of a face
@@ -51,8 +57,12 @@ class Condition(ABC):
         """(length,) float32 vector: a value as input of a network."""
 
     @abstractmethod
-    def n_points(self, value: Any, pads: bool) -> int:
-        """Number of sample points of a geometry; pads : single cells have 512 points and zeros."""
+    def pixels(self, value: Any, pads: bool) -> np.ndarray:
+        """(N,) pixels of the sample points of a geometry; pads : those of occupied cells only."""
+
+    def box(self, value: Any, pads: bool) -> np.ndarray:
+        """(2, 3) box of a geometry, see `encoding.learning_frame`."""
+        return box_of(self.grid, value, pads)
 
 
 class GridContexts(Condition):
@@ -77,9 +87,9 @@ class GridContexts(Condition):
         """The context vector; raises LookupError for a primitive outside the training set."""
         return context_vector(value, self.primitives, int(np.prod(self.grid)))
 
-    def n_points(self, value: Sequence[str | None], pads: bool) -> int:
+    def pixels(self, value: Sequence[str | None], pads: bool) -> np.ndarray:
         """512 points for each cell."""
-        return n_sample_points(tuple(value), pads)
+        return pixels_of(value, pads)
 
 
 class AnyStructure(Condition):
@@ -104,9 +114,9 @@ class AnyStructure(Condition):
         vector[value if has_entry else -1] = 1
         return vector
 
-    def n_points(self, value: int | None, pads: bool) -> int:
-        """The number of pixels of the image."""
-        return self.image[0] * self.image[1]
+    def pixels(self, value: int | None, pads: bool) -> np.ndarray:
+        """All pixels of the image."""
+        return np.arange(self.image[0] * self.image[1])
 
 
 def condition(grid: Sequence[int] | None, primitives: Sequence[Item]) -> Condition:

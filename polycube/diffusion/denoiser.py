@@ -11,9 +11,10 @@ from torch import Tensor, nn
 
 from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.conditions import Condition
-from polycube.diffusion.encoding import to_pixels, to_points, x_order
+from polycube.diffusion.encoding import by_x, learning_frame, to_pixels, to_points
 from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.process import DiffusionProcess, Predict
+from polycube.types import Frame
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the recorded states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
@@ -49,7 +50,8 @@ class DenoiserOptions:
     labels: bool = True  # also predict the polycube face of each point: axis, cell, wall
     classifier: bool = True  # a second network predicts the context; needs a grid
     noise_scale: float = 0.25  # s, in units of the learning frame; 1 in the paper
-    pads: bool = False  # single cells have 512 points and zeros, as published
+    # as published: a geometry fills the box of its cells, and the pixels of empty cells are zeros
+    pads: bool = False
 
     def __post_init__(self) -> None:
         if self.target not in TARGETS:
@@ -143,9 +145,14 @@ class Denoiser(nn.Module):
         logits = outputs[:, 3:].float().split(self.classes, dim=1)
         return tuple(each.log_softmax(dim=1) for each in logits)
 
-    def n_points(self, value: Any) -> int:
-        """Number of sample points of a geometry with this value of the condition."""
-        return self.condition.n_points(value, self.options.pads)
+    def pixels(self, value: Any) -> np.ndarray:
+        """(N,) pixels of the sample points of a geometry with this value of the condition."""
+        return self.condition.pixels(value, self.options.pads)
+
+    def frame(self, vertices: np.ndarray, rotation: np.ndarray, value: Any) -> Frame:
+        """Frame in which the network sees a part with vertices (V, 3) in an orientation (3, 3)."""
+        box = self.condition.box(value, self.options.pads)
+        return learning_frame(vertices, rotation, box)
 
     def vectors(self, values: Sequence[Any]) -> Tensor:
         """(B, K) vectors of values; raises LookupError for an unknown primitive."""
@@ -161,7 +168,7 @@ class Denoiser(nn.Module):
         seed: int,
         label_time: float = 1.0,
     ) -> Denoised:
-        """Polycube points for points and normals (B, N, 3) of geometries in the learning frame.
+        """Polycube points for points and normals (B, N, 3) of geometries in their `frame`.
 
         condition_values : for each geometry its context on the grid; without a grid its genus, or
             None
@@ -170,8 +177,8 @@ class Denoiser(nn.Module):
             that sample
         """
         self.eval()
-        order = x_order(points)
-        geometry = self._images(points, normals, order)
+        at = by_x(points, np.stack([self.pixels(value) for value in condition_values]))
+        geometry = self._images(points, normals, at)
         context = self.vectors(condition_values)
         start = self.at_start(geometry, context)
         predict = self.predict(geometry, context, start)
@@ -188,9 +195,9 @@ class Denoiser(nn.Module):
             labels = self.log_labels(start)
         origin = self.condition.origin
         return Denoised(
-            to_points(x_0.numpy(), order) + origin,
-            np.stack([to_points(s.numpy(), order) for s in states]) + origin,
-            tuple(to_points(log_p.numpy(), order) for log_p in labels),
+            to_points(x_0.numpy(), at) + origin,
+            np.stack([to_points(s.numpy(), at) for s in states]) + origin,
+            tuple(to_points(log_p.numpy(), at) for log_p in labels),
         )
 
     @_reproducible()
@@ -204,7 +211,7 @@ class Denoiser(nn.Module):
         Of contexts of equal shape only the canonical one is probable (`shapes.turned_contexts`).
         """
         self.eval()
-        geometry = self._images(points, normals, x_order(points))
+        geometry = self._images(points, normals, by_x(points))
         return self.classifier.log_likelihood(geometry, self.classes_of(contexts)).numpy()
 
     @_reproducible()
@@ -216,7 +223,7 @@ class Denoiser(nn.Module):
         Returns (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`.
         """
         self.eval()
-        geometry = self._images(points, normals, x_order(points))
+        geometry = self._images(points, normals, by_x(points))
         batches = [self.classifier.log_cells(images) for images in geometry.split(CLASSIFIER_BATCH)]
         log_p, log_aligned = (torch.cat(each).numpy() for each in zip(*batches, strict=True))
         return log_p, log_aligned
@@ -226,7 +233,7 @@ class Denoiser(nn.Module):
         number = {name: i for i, name in enumerate((*self.condition.primitives, None))}
         return torch.tensor([[number[name] for name in context] for context in contexts])
 
-    def _images(self, points: np.ndarray, normals: np.ndarray, order: np.ndarray) -> Tensor:
+    def _images(self, points: np.ndarray, normals: np.ndarray, at: np.ndarray) -> Tensor:
         """(B, 6, h, w) images of points and normals."""
-        both = [to_pixels(rows, order, self.condition.image) for rows in (points, normals)]
+        both = [to_pixels(rows, at, self.condition.image) for rows in (points, normals)]
         return torch.from_numpy(np.concatenate(both, axis=1))

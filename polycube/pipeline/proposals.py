@@ -111,7 +111,7 @@ def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tup
     """The structure plugins of a run, by name.
 
     A given context replaces all plugins without a network; those with a network still denoise the
-    part for this context.
+    part for this context. A plugin with an option `context` places it itself.
     """
     own = settings.structure.get("proposals") or {
         str(settings.structure.get("plugin")): settings.structure
@@ -119,11 +119,12 @@ def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tup
     replacing = {**settings.context_structure, "context": settings.context}
     if not settings.context:
         return [(name, _build(config, grid, primitives)) for name, config in own.items()]
-    plugins = [("given", _build(replacing, grid, primitives))]
-    for name, config in own.items():
-        if config["plugin"] == replacing["plugin"]:
-            continue
-        plugin = _build(config, grid, primitives)
+    given = [("given", _build(replacing, grid, primitives))]
+    others = {n: config for n, config in own.items() if config["plugin"] != replacing["plugin"]}
+    built = {name: _build(config, grid, primitives) for name, config in others.items()}
+    plugins = [] if any(hasattr(plugin, "context") for plugin in built.values()) else given
+    for name, plugin in built.items():
+        config = others[name]
         if plugin.needs_network:
             plugins.append((name, plugin))
         else:

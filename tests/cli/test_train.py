@@ -53,7 +53,7 @@ def test_paper_experiment_is_the_published_setting() -> None:
     cfg = OmegaConf.create(compose("train", ["experiment=paper"]))
     assert (cfg.batch_size, cfg.trainer.max_epochs, cfg.schedule.steps) == (200, 400, 500)
     assert (cfg.schedule.beta_start, cfg.schedule.beta_end) == (1e-4, 0.02)
-    assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "paper", "paper")
+    assert (cfg.learning.rate, cfg.learning.decay, cfg.data.plugin) == (1e-3, "linear", "paper")
     assert (cfg.learning.loss, cfg.learning.endpoint, cfg.learning.thin) == ("mse", 0, 1)
     assert (cfg.model.plugin, cfg.model.width, cfg.sampler.plugin) == ("unet", 64, "ddpm")
     assert (cfg.ema, cfg.trainer.gradient_clip_val) == (0, None)

@@ -7,7 +7,7 @@ from torch import Tensor, nn
 
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.denoiser import CLASSIFIER_BATCH, Denoiser, DenoiserOptions
-from polycube.diffusion.encoding import x_order
+from polycube.diffusion.encoding import by_x
 from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
 
@@ -124,11 +124,17 @@ def test_the_network_receives_the_selected_inputs(points: bool, normals: bool) -
     assert inputs[0][0, :, 0, 0].tolist() == expected
 
 
-def test_sample_points_of_a_context(denoiser: Denoiser) -> None:
-    assert denoiser.n_points(("cube", None)) == 1024
+def test_pixels_and_frame_of_a_context(denoiser: Denoiser) -> None:
+    """As published, a part fills the box of its cells, and each cell has 512 pixels of its own."""
+    box, upright = np.array([[2.0, 3, 4], [6, 5, 6]]), np.eye(3)
+    assert len(denoiser.pixels(("cube", None))) == 1024
+    assert np.allclose(denoiser.frame(box, upright, ("cube", None)).apply(box)[:, 0], [-1, 1])
     published = halving(pads=True)
-    assert published.n_points(("c", None)) == 512
-    assert published.n_points(("c", "c")) == 1024
+    assert published.pixels((None, "c")).tolist() == [*range(512, 1024)]
+    assert len(published.pixels(("c", "c"))) == 1024
+    for context, ends in {("c", None): [-1, 0], (None, "c"): [0, 1], ("c", "c"): [-1, 1]}.items():
+        placed = published.frame(box, upright, context).apply(box)
+        assert np.allclose(placed[:, 0], ends) and np.allclose(placed[:, 1:].mean(axis=0), 0)
 
 
 def test_padded_images_are_denoised_too(denoiser: Denoiser) -> None:
@@ -137,8 +143,8 @@ def test_padded_images_are_denoised_too(denoiser: Denoiser) -> None:
     denoised = denoiser.denoise(points, normals, [("cube", None)], sampler, 0)
     assert denoised.points.shape == (1, 512, 3)
     assert [log_p.shape for log_p in denoised.log_labels] == [(1, 512, n) for n in (6, 2, 2)]
-    order = x_order(denoised.trajectory[0])
-    assert np.array_equal(order, x_order(points.astype(np.float32)))
+    at = by_x(denoised.trajectory[0])
+    assert np.array_equal(at, by_x(points.astype(np.float32)))
 
 
 def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> None:

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.diffusion.encoding import (
+    by_x,
     context_length,
     context_vector,
     image_size,
     learning_frame,
     to_pixels,
     to_points,
-    x_order,
 )
 
 PRIMITIVES = ("cube", "hole_z", "hole_x", "hole_y")
@@ -58,31 +58,31 @@ def test_an_image_has_the_points_of_the_model(seed: int, n: int) -> None:
     rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     rotation *= np.linalg.det(rotation)
     frame = learning_frame(points, rotation)
-    order = x_order(frame.apply(points))
-    pixels = to_pixels(frame.apply(points), order, (32, 32))
+    at = by_x(frame.apply(points))
+    pixels = to_pixels(frame.apply(points), at, (32, 32))
     x = pixels.reshape(3, -1)[0, :n]
     assert (np.diff(x) >= 0).all() and x[-1] <= 1 + 1e-6
     assert not pixels.reshape(3, -1)[:, n:].any()
-    assert np.abs(frame.invert(to_points(pixels, order)) - points).max() < 1e-4
+    assert np.abs(frame.invert(to_points(pixels, at)) - points).max() < 1e-4
 
 
 def test_batches_keep_the_order_of_each_member() -> None:
     points = np.random.default_rng(0).normal(size=(3, 512, 3)).astype(np.float32)
-    order = x_order(points)
-    pixels = to_pixels(points, order, (16, 32))
+    at = by_x(points)
+    pixels = to_pixels(points, at, (16, 32))
     assert pixels.shape == (3, 3, 16, 32)
-    assert np.array_equal(to_points(pixels, order), points)
-    assert np.array_equal(pixels[1], to_pixels(points[1], order[1], (16, 32)))
+    assert np.array_equal(to_points(pixels, at), points)
+    assert np.array_equal(pixels[1], to_pixels(points[1], at[1], (16, 32)))
 
 
 @settings(derandomize=True, max_examples=20, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 200))
 def test_the_order_is_a_permutation_of_each_member(seed: int, n: int) -> None:
     points = np.random.default_rng(seed).uniform(-1.1, 1.1, (2, 3, n, 3))
-    order = x_order(points)
-    assert np.array_equal(np.sort(order, axis=-1), np.broadcast_to(np.arange(n), (2, 3, n)))
-    assert np.array_equal(order[1, 2], x_order(points[1, 2]))
+    at = by_x(points)
+    assert np.array_equal(np.sort(at, axis=-1), np.broadcast_to(np.arange(n), (2, 3, n)))
+    assert np.array_equal(at[1, 2], by_x(points[1, 2]))
 
 
 def test_equal_points_keep_their_order() -> None:
-    assert x_order(np.full((5, 3), 0.3)).tolist() == [0, 1, 2, 3, 4]
+    assert by_x(np.full((5, 3), 0.3)).tolist() == [0, 1, 2, 3, 4]

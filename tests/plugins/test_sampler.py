@@ -147,48 +147,6 @@ def test_states_between_two_steps_of_ddim_are_of_one_noise() -> None:
         assert torch.allclose(state, process.forward(x_0, z, q, torch.tensor([t, t])), atol=1e-5)
 
 
-def test_mean_is_that_of_draws_made_one_after_the_other() -> None:
-    process, of = _process(60), {"plugin": "ddpm", "variance": "posterior"}
-    generator = torch.Generator().manual_seed(3)
-
-    def predict(x_t: torch.Tensor, t: int) -> torch.Tensor:
-        return x_t.sin()
-
-    draws = [build("sampler", of)(predict, X_T, process, generator)[1] for _ in range(5)]
-    x_0, states = build("sampler", {"plugin": "mean", "of": of, "k": 5})(
-        predict, X_T, process, torch.Generator().manual_seed(3)
-    )
-    assert torch.equal(states[0], X_T) and torch.equal(states[-1], x_0)
-    assert torch.allclose(states, torch.stack(draws).mean(dim=0), atol=1e-6)
-
-
-def test_the_mean_of_k_draws_spreads_k_times_less() -> None:
-    """Variance of 12,288 equal pixels, within three standard errors of the ratio."""
-
-    def variance(config: dict) -> float:
-        x_T = torch.ones(1, 3, 64, 64)
-        generator = torch.Generator().manual_seed(0)
-        draw = build("sampler", config)(lambda x, t: x / 2, x_T, _process(100), generator)
-        return float(draw[0].var())
-
-    ratio = variance({"plugin": "ddpm"}) / variance({"plugin": "mean", "k": 4})
-    assert ratio == pytest.approx(4, rel=3 * (4 / 12288) ** 0.5)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"k": 0}, "k must be at least 1; got 0"),
-        ({"of": "ddpm"}, "of must be a sampler's config such as {plugin: ddpm}; got 'ddpm'"),
-        ({"of": {"plugin": "ddim", "steps": 0}}, "steps must be at least 1; got 0"),
-        ({"of": {"plugin": "dpm"}}, "no sampler plugin named 'dpm'"),
-    ],
-)
-def test_a_mean_of_nothing_is_refused(options: dict, message: str) -> None:
-    with pytest.raises((ValueError, LookupError), match=message):
-        build("sampler", {"plugin": "mean", **options})
-
-
 def test_ddim_needs_a_step() -> None:
     with pytest.raises(ValueError, match="steps must be at least 1; got 0"):
         build("sampler", {"plugin": "ddim", "steps": 0})

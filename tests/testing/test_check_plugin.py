@@ -10,7 +10,8 @@ from polycube.registry import names
 from polycube.testing import CHECKS, check, check_plugin
 from tests.testing.broken import broken
 
-NEEDED = {"given": {"context": ["cube"]}}  # options without a default
+CUBE = {"context": ["cube"]}
+NEEDED = {("structure", "given"): CUBE, ("structure", "paper"): CUBE}  # options that must be given
 LONG = {("model", "transformer"), ("model", "unet"), ("structure", "drawn")}  # large networks
 ELSEWHERE = {"parts"}  # without files it does nothing: see its own test
 
@@ -29,7 +30,7 @@ def test_every_kind_has_a_check() -> None:
     ],
 )
 def test_our_own_plugins_conform(kind: str, name: str) -> None:
-    check_plugin(kind, {"plugin": name, **NEEDED.get(name, {})})
+    check_plugin(kind, {"plugin": name, **NEEDED.get((kind, name), {})})
 
 
 def test_unknown_kind() -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
-from polycube.diffusion.encoding import learning_frame
 from polycube.registry import build
 from polycube.structure import rough_map
 from polycube.structure.lattice import OUTWARD, boundary, lattice
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 N_COMPARED = 2000  # points of a part at which two rough maps are compared
+EDGE = 0.02  # share of the points outside of each side of the box of a noisy result
 SMOOTH, OUTLIER = 3e-4, 0.2  # parameters of the fit of the rough map
 LOOK = 0.3  # cells in the residual equivalent to a face perpendicular to the surface
 
@@ -42,8 +44,8 @@ def proposed(
     earlier = best_of_each(same_grid)
     given = any(candidate.proposal == "given" for candidate in candidates)
     tried = [] if given else _within_margin(options, probable)
-    tried = tried + _as_guesses(earlier[: options.samples], probable)
-    found = best_of_each(_denoised(options, denoiser, surface, tried)) if tried else []
+    tried = tried + as_guesses(earlier[: options.samples], probable)
+    found = best_of_each(denoised(options, denoiser, surface, tried)) if tried else []
     close = [c for c in found if c.cost <= found[0].cost + options.margin]
     earlier_of = {candidate.key: candidate for candidate in earlier}
     updated = [_with_denoising(earlier_of[c.key], c) for c in found if c.key in earlier_of]
@@ -70,39 +72,76 @@ def _within_margin(options: DenoisingOptions, probable: list[Guess]) -> list[Gue
     return [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
 
 
-def _denoised(
-    options: DenoisingOptions, denoiser: Denoiser, surface: TriMesh, batch: list[Guess]
+def denoised(
+    options: DenoisingOptions,
+    denoiser: Denoiser,
+    surface: TriMesh,
+    batch: list[Guess],
+    proposal: str = "diffusion",
+    assigns: bool = False,
 ) -> list[Candidate]:
-    """A candidate of every guess; those with equal numbers of sample points are batched."""
+    """A candidate of every guess; those with equal numbers of sample points are batched.
+
+    assigns : do not take the points of the result in their order, see `_assigned`
+    """
     from polycube.diffusion.process import kept_steps
 
     sampler = build("sampler", options.sampler)
-    counts = np.array([denoiser.n_points(guess.polycube.context) for guess in batch])
+    counts = np.array([len(denoiser.pixels(guess.polycube.context)) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count).tolist()
         points, normals = sample(surface, count, np.random.default_rng(options.seed))
         turns = [batch[index].rotation for index in rows]
-        placed = [learning_frame(surface.vertices, turn).apply(points) for turn in turns]
-        denoised = denoiser.denoise(
+        contexts = [batch[index].polycube.context for index in rows]
+        placed = [
+            denoiser.frame(surface.vertices, turn, context).apply(points)
+            for turn, context in zip(turns, contexts, strict=True)
+        ]
+        result = denoiser.denoise(
             np.stack(placed),
             np.stack([normals @ turn.T for turn in turns]),
-            [batch[index].polycube.context for index in rows],
+            contexts,
             sampler,
             options.seed,
         )
         for row, index in enumerate(rows):
-            found[index] = _candidate(
+            order, x_0 = np.arange(count), result.points[row].astype(np.float64)
+            if assigns:
+                x_0 = _boxed(x_0, batch[index].polycube)
+                order = _assigned(points, x_0, *batch[index].box(surface))
+            made = _candidate(
                 options,
                 batch[index],
                 surface,
-                points,
-                normals,
-                denoised.trajectory[:, row],
-                [log_p[row] for log_p in denoised.log_labels],
+                points[order],
+                normals[order],
+                x_0,
+                result.trajectory[:, row],
+                [log_p[row] for log_p in result.log_labels],
             )
+            found[index] = replace(made, proposal=proposal)
     steps = tuple(kept_steps(denoiser.process.steps))
     return [replace(found[index], steps=steps) for index in range(len(batch))]
+
+
+def _boxed(x_0: np.ndarray, polycube: Polycube) -> np.ndarray:
+    """Points (N, 3), most of which are moved into the box of the polycube, axis by axis."""
+    low, high = np.quantile(x_0, [EDGE, 1 - EDGE], axis=0)
+    start, end = np.transpose([knots[[0, -1]] for knots in polycube.knots])
+    return start + (x_0 - low) / (high - low) * (end - start)
+
+
+def _assigned(
+    points: np.ndarray, x_0: np.ndarray, linear: np.ndarray, offset: np.ndarray
+) -> np.ndarray:
+    """(N,) number of the point of the part that each x_0 (N, 3) belongs to.
+
+    The sum of the squared distances is the smallest one, in cells, after the map x -> linear @ x +
+    offset from the polycube to the part.
+    """
+    cells = np.linalg.solve(linear, (points - offset).T).T
+    return linear_sum_assignment(cdist(x_0, cells, "sqeuclidean"))[1]
 
 
 def _candidate(
@@ -111,12 +150,16 @@ def _candidate(
     surface: TriMesh,
     points: np.ndarray,
     normals: np.ndarray,
+    x_0: np.ndarray,
     trajectory: np.ndarray,
     log_labels: list[np.ndarray],
 ) -> Candidate:
-    """Candidate from points (N, 3) of the model and their trajectory (S, N, 3) to the polycube."""
+    """Candidate from points (N, 3) of the model and their places x_0 (N, 3) on the polycube.
+
+    trajectory : (S, N, 3) recorded states
+    """
     solid = lattice(options.grid, guess.polycube.context, options.primitives)
-    regular, axis = project(solid, trajectory[-1].astype(np.float64), log_labels)
+    regular, axis = project(solid, x_0, log_labels)
     fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
     misalignment = 1 - (OUTWARD[axis] * (normals @ guess.rotation.T)).sum(axis=1).mean()
     residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
@@ -134,7 +177,7 @@ def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
     return list(best.values())
 
 
-def _as_guesses(earlier: list[Candidate], probable: list[Guess]) -> list[Guess]:
+def as_guesses(earlier: list[Candidate], probable: Sequence[Guess] = ()) -> list[Guess]:
     """Earlier candidates as guesses; with the lowest probability if their frame was not used."""
     known = {guess.key: (guess.log_likelihood, guess.probability) for guess in probable}
     lowest = min((guess.log_likelihood for guess in probable), default=0.0), None

@@ -1,4 +1,4 @@
-"""The method of the paper: denoise the part in the frame of a context, and measure the fit.
+"""Denoise the part in the frame of a context, as the paper does, and measure the fit.
 
 The most probable structures according to the classifier are denoised, and the best earlier
 candidate of each structure, in its own frame. They are ranked by their probability and by a
@@ -20,7 +20,7 @@ from .options import DenoisingOptions
 @register("structure", "diffusion")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diffusion(DenoisingOptions, Structure):
-    """The paper's method: denoise samples of the surface with a trained network.
+    """Denoise samples of the surface with a trained network, as in the paper, in one step.
 
     If the user chooses the context, points are denoised in this context.
     """

@@ -108,7 +108,7 @@ def _clouds(
     rng: np.random.Generator,
 ) -> list[Cloud]:
     """A draw for each surface in its orientation, at the points of all its clouds."""
-    n_points, number = denoiser.n_points(genus), n_clouds * len(turned)
+    n_points, number = len(denoiser.pixels(genus)), n_clouds * len(turned)
     sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(n_clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))
     frames = [learning_frame(each.vertices, r) for each, r in turned for _ in range(n_clouds)]

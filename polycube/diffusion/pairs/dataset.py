@@ -10,7 +10,7 @@ from torch import Tensor, distributed
 from torch.utils.data import DataLoader, Dataset, Sampler
 
 from polycube.diffusion.conditions import Condition
-from polycube.diffusion.encoding import to_pixels, x_order
+from polycube.diffusion.encoding import by_x, to_pixels
 from polycube.diffusion.pairs.any_structure import LatticePair
 from polycube.diffusion.pairs.pairs import Pair
 
@@ -47,15 +47,17 @@ class Cached(Dataset):
 
 def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Geometry (6, h, w), polycube (3, h, w), condition vector (K,) and labels (L, h, w)."""
-    order, size = x_order(pair.geometry), condition.image
+    value, size = condition.value_of(pair), condition.image
+    used = condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
+    at = by_x(pair.geometry, used)
     points, normals, polycube, labels = (
-        to_pixels(rows, order, size)
+        to_pixels(rows, at, size)
         for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
     )
     return (
         torch.from_numpy(np.concatenate([points, normals])),
         torch.from_numpy(polycube),
-        torch.from_numpy(condition.vector(condition.value_of(pair))),
+        torch.from_numpy(condition.vector(value)),
         torch.from_numpy(labels.astype(np.int64) - 1),
     )
 

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from polycube.diffusion.encoding import POINTS_PER_CELL, learning_frame
+from polycube.diffusion.encoding import box_of, learning_frame, pixels_of
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.diffusion.pairs.templates import Context, template
 from polycube.surface.measures import unit
@@ -47,10 +47,9 @@ class Pairs:
         contexts: Sequence[Context],
         deformation: Deformation,
         seed: int,
-        pads: bool = False,
     ) -> None:
         self.grid, self.contexts = tuple(grid), list(contexts)
-        self.deformation, self.seed, self.pads = deformation, seed, pads
+        self.deformation, self.seed, self.pads = deformation, seed, False
         self._template = cache(lambda context: template(grid, context, primitives))
 
     def __call__(self, index: int) -> Pair:
@@ -59,16 +58,12 @@ class Pairs:
         context = self.contexts[index % len(self.contexts)]
         shape = self._template(context)
         deformed = self.deformation.deform(shape, rng)
-        deformed = learning_frame(deformed).apply(deformed)
+        box = box_of(self.grid, context, self.pads)
+        deformed = learning_frame(deformed, box=box).apply(deformed)
         labels = np.stack([shape.axis, shape.cell, shape.wall], axis=1)
-        surfaces, number = (deformed, shape.vertices), n_sample_points(context, self.pads)
+        surfaces, number = (deformed, shape.vertices), len(pixels_of(context, self.pads))
         drawn = sampled(shape.faces, surfaces, labels, number, self.deformation, rng)
         return Pair(*drawn, context)
-
-
-def n_sample_points(context: Context, pads: bool) -> int:
-    """512 points per cell, or per occupied cell if the image is padded as published."""
-    return POINTS_PER_CELL * (sum(c is not None for c in context) if pads else len(context))
 
 
 def sample(

@@ -77,16 +77,16 @@ def template(
 ) -> Template:
     """Tessellated, rounded, labelled surface of one context."""
     voxels = lattice(grid, context, primitives)
-    refined = _refine(voxels, STEPS_PER_VOXEL)
-    surface = boundary(refined)
+    fine = refined(voxels, STEPS_PER_VOXEL)
+    surface = boundary(fine)
     vertices = surface.vertices - np.array(grid) / 2
     faces = surface.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    rounded = _round(vertices, surface.quads)
-    labels = np.stack([surface.axis, *cell_and_wall(refined, surface)])
-    return Template(collapse(voxels), vertices, faces, rounded, *labels.repeat(2, axis=1))
+    smooth = np.stack([rounded(vertices, surface.quads, amount) for amount in SMOOTHING])
+    labels = np.stack([surface.axis, *cell_and_wall(fine, surface)])
+    return Template(collapse(voxels), vertices, faces, smooth, *labels.repeat(2, axis=1))
 
 
-def _refine(polycube: Polycube, n: int) -> Polycube:
+def refined(polycube: Polycube, n: int) -> Polycube:
     """The same solid with every box divided n times along each axis."""
     occupancy = polycube.occupancy
     for axis in range(3):
@@ -97,18 +97,15 @@ def _refine(polycube: Polycube, n: int) -> Polycube:
     return Polycube(occupancy, x, y, z, polycube.grid, polycube.context)
 
 
-def _round(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(L, V, 3) vertices after (I + a L)^-1 for each amount a, scaled back to their box."""
+def rounded(vertices: np.ndarray, faces: np.ndarray, amount: float) -> np.ndarray:
+    """Vertices (V, 3) after (I + amount L)^-1, L of the graph of the faces, scaled to their box."""
     n = len(vertices)
-    a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)).tocsr()
     laplacian = csgraph.laplacian(((graph + graph.T) > 0).astype(float))
+    smooth = splu((identity(n) + amount * laplacian).tocsc()).solve(vertices)
     low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
-    rounded = []
-    for amount in SMOOTHING:
-        smooth = splu((identity(n) + amount * laplacian).tocsc()).solve(vertices)
-        rounded.append((smooth - smooth.min(axis=0)) / np.ptp(smooth, axis=0) * extent + low)
-    return np.stack(rounded)
+    return (smooth - smooth.min(axis=0)) / np.ptp(smooth, axis=0) * extent + low
 
 
 def shape_key(polycube: Polycube) -> bytes:

@@ -18,6 +18,7 @@ from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.pairs import Pair, Pairs
 from polycube.diffusion.pairs.templates import Context, turned_contexts
 from polycube.diffusion.process import DiffusionProcess, Predict
+from polycube.diffusion.training.baselines import baselines
 from polycube.structure.lattice import boundary, cell_and_wall, collapse, genus, lattice
 from polycube.structure.projection import TRUST, log_probability, project_onto
 from polycube.surface.frames import rotations
@@ -27,6 +28,7 @@ Key = TypeVar("Key")
 Columns = dict[str, np.ndarray]  # (N,) for the points of a pair, or (1,) for the pair
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
+NORMAL_95 = 1.96  # half of the 95 % interval of a normal distribution, in standard deviations
 TIMED = 3  # number of pairs that are also sampled one by one, to measure the time
 
 
@@ -41,8 +43,8 @@ def evaluate(
 ) -> tuple[list[Pair], list[Columns]]:
     """The first pairs of a stream and the columns of each.
 
-    error, error_one_step, error_untouched : distance of x_0, of the first prediction and of the
-        geometry from the truth, on the centred grid, in cells
+    error, error_one_step : distance of x_0 and of the first prediction from the truth, in cells
+    error_untouched, patch_untouched etc. : the same of each baseline, see `baselines`
     off_polycube : distance of x_0 from the polycube
     patch, cell, wall : whether the closest face is in the correct patch and cell, and correctly a
         hole's or an outer one; labelled_patch etc.: with the labels of the network
@@ -81,12 +83,21 @@ def evaluate(
 
 
 def summary(columns: Sequence[Columns]) -> dict[str, float]:
-    """Means over pairs of their means; error_p95, the 95th percentile of all points; speed."""
+    """Means over pairs of their means; error_p95, the 95th percentile of all points; speed.
+
+    error_interval, labelled_patch_interval etc. : half the width of the 95 % confidence interval of
+    the mean, from the spread over the pairs
+    """
     values = defaultdict(list)
     for found in columns:
         for name, numbers in found.items():
             values[name].append(numbers)
-    means = {name: float(np.mean([v.mean() for v in all_])) for name, all_ in values.items()}
+    own = {name: np.array([v.mean() for v in all_]) for name, all_ in values.items()}
+    means = {name: float(mean.mean()) for name, mean in own.items()}
+    for name, mean in own.items():
+        if len(mean) > 1 and not name.startswith("seconds"):
+            half = NORMAL_95 * mean.std(ddof=1) / len(mean) ** 0.5
+            means[f"{name}_interval"] = float(half)
     if "error" in values:
         means["error_p95"] = float(np.percentile(np.concatenate(values["error"]), 95))
     if "seconds_in_batch" in means:
@@ -133,9 +144,11 @@ def point_columns(
     found = {
         "error": _distance(x_0, pair.polycube + origin),
         "error_one_step": _distance(first, pair.polycube + origin),
-        "error_untouched": _distance(pair.geometry, pair.polycube),
         "off_polycube": _distance(x_0, placed),
     }
+    for name, (at, of) in baselines(surface, pair.geometry + origin, pair.normals).items():
+        found[f"error_{name}"] = _distance(at, pair.polycube + origin)
+        found[f"patch_{name}"] = surface.patch[of] == surface.patch[right]
     faces = {"": nearest}
     if len(log_labels):
         cost = -TRUST * log_probability(polycube, surface, log_labels)

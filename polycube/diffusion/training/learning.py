@@ -12,7 +12,7 @@ from torch import Tensor
 
 from polycube.io.manifest import writing
 
-DECAYS = ("constant", "linear", "cosine", "paper")
+DECAYS = ("constant", "linear", "cosine", "printed")
 LOSSES = ("distance", "mse")
 
 
@@ -21,7 +21,7 @@ class Learning:
     """Options of the training."""
 
     rate: float = 1e-3  # initial learning rate of Adam
-    decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or paper
+    decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or printed
     loss: str = "distance"  # distance of points, or mse: mean squared error
     labels: float = 0.1  # weight of the cross-entropy of the labels
     endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
@@ -46,8 +46,8 @@ class Learning:
 def rate_factors(decay: str, epochs: int) -> list[float]:
     """Learning rate of each epoch k = 0..K relative to the first.
 
-    paper: eta_k = eta_{k-1} (1 - k / K); linear: eta_k = eta_0 (1 - k / K); cosine: eta_k = eta_0
-    (1 + cos(pi k / K)) / 2
+    linear: eta_k = eta_0 (1 - k / K); cosine: eta_k = eta_0 (1 + cos(pi k / K)) / 2;
+    printed, the formula in the paper: eta_k = eta_{k-1} (1 - k / K), whose product vanishes early
     """
     factors = [1.0]
     for k in range(1, epochs + 1):
@@ -57,7 +57,7 @@ def rate_factors(decay: str, epochs: int) -> list[float]:
                 "constant": 1.0,
                 "linear": share,
                 "cosine": (1 - np.cos(np.pi * share)) / 2,
-                "paper": factors[-1] * share,
+                "printed": factors[-1] * share,
             }[decay]
         )
     return factors

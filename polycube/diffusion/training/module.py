@@ -76,7 +76,9 @@ class DDPMPolycube(L.LightningModule):
         """
         generator, rows = torch.Generator(), []
         for number in numbers.tolist():
-            generator.manual_seed(self.learning.seed + number)
+            # of 32 bits, of which the generator uses no more; other seeds have other draws
+            state = np.random.SeedSequence((self.learning.seed, number)).generate_state(1)
+            generator.manual_seed(int(state[0]))
             t = torch.randint(1, self.denoiser.process.steps + 1, (), generator=generator)
             first, along = torch.rand(2, generator=generator)
             turn = torch.randint(len(ROTATIONS), (), generator=generator)
@@ -207,9 +209,10 @@ class DDPMPolycube(L.LightningModule):
         self._measured.clear()
 
     def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
-        """Adam with a learning rate per epoch."""
+        """Adam with a learning rate per epoch; it is constant if the epochs have no limit."""
         adam = torch.optim.Adam(self.parameters(), lr=self.learning.rate)
-        factors = rate_factors(self.learning.decay, max(self.trainer.max_epochs or 1, 1))
+        most = self.trainer.max_epochs or -1
+        factors = rate_factors(self.learning.decay, most) if most > 0 else [1.0]
         rate = LambdaLR(adam, lambda epoch: factors[min(epoch, len(factors) - 1)])
         return [adam], [rate]
 

@@ -61,7 +61,9 @@ def scatter(geometry: np.ndarray, x_0: np.ndarray, truth: np.ndarray) -> np.ndar
 
 
 def curves(folder: Path) -> dict[str, np.ndarray]:
-    """Scalars written by a training, each (n, 2): step and value."""
+    """Scalars written by a training, each (n, 2): step and value; none with another logger."""
+    if not (folder / "tensorboard").is_dir():
+        return {}
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
     logging.getLogger("tensorboard").setLevel(logging.WARNING)  # it logs the opened files

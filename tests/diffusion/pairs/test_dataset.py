@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from polycube.diffusion.conditions import GridContexts
-from polycube.diffusion.encoding import to_points, x_order
+from polycube.diffusion.encoding import by_x, to_points
 from polycube.diffusion.pairs.dataset import (
     Batch,
     ConsecutiveNumbers,
@@ -22,7 +22,7 @@ def test_images_show_the_pair_in_order(pairs: Pairs, primitives: dict) -> None:
     pair = pairs(7)
     shown = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))[7]
     assert shown.geometry.dtype == shown.polycube.dtype == shown.context.dtype == torch.float32
-    along = x_order(pair.geometry)
+    along = by_x(pair.geometry)
     both = np.hstack([pair.geometry, pair.normals])
     assert np.allclose(to_points(shown.geometry.numpy(), along), both, atol=1e-6)
     assert np.allclose(to_points(shown.polycube.numpy(), along), pair.polycube, atol=1e-6)
@@ -36,14 +36,17 @@ def test_the_papers_order_is_by_x(pairs: Pairs, primitives: dict) -> None:
     assert (np.diff(shown.geometry[0].ravel()) >= 0).all()
 
 
-def test_padded_pixels_are_zero_and_have_no_label(primitives: dict) -> None:
+@pytest.mark.parametrize(("number", "empty"), [(0, slice(512, None)), (1, slice(512))])
+def test_half_of_a_published_image_is_a_cell(number: int, empty: slice, primitives: dict) -> None:
+    """The pixels of the empty cell are zero, before or behind the others, and have no label."""
     published = build("data", {"plugin": "paper"})((2, 1, 1), primitives, seed=0)
-    shown = PairImages(published, GridContexts(published.grid, tuple(primitives)))[
-        0
-    ]  # one cell: 512 points
-    padded = torch.arange(1024).reshape(32, 32) >= 512
+    shown = PairImages(published, GridContexts(published.grid, tuple(primitives)))[number]
+    padded = torch.zeros(1024, dtype=torch.bool)
+    padded[empty] = True
+    padded = padded.reshape(32, 32)
     assert (shown.geometry[:, padded] == 0).all() and (shown.polycube[:, padded] == 0).all()
     assert (shown.labels[:, padded] == -1).all() and (shown.labels[:, ~padded] >= 0).all()
+    assert (np.diff(shown.geometry[0].ravel()) >= 0).all()
 
 
 def test_epochs_follow_one_another() -> None:

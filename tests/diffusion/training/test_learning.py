@@ -8,9 +8,9 @@ from torch.optim.swa_utils import AveragedModel
 from polycube.diffusion.training.learning import Learning, moving_average, rate_factors
 
 
-def test_learning_rates_of_the_paper() -> None:
+def test_the_printed_learning_rates() -> None:
     """eta_k = eta_{k-1} (1 - k / K) ends at zero, as linear and cosine decay do."""
-    assert rate_factors("paper", 4) == pytest.approx([1, 3 / 4, 3 / 8, 3 / 32, 0])
+    assert rate_factors("printed", 4) == pytest.approx([1, 3 / 4, 3 / 8, 3 / 32, 0])
     assert rate_factors("linear", 4) == pytest.approx([1, 0.75, 0.5, 0.25, 0])
     eighth = np.cos(np.pi / 8) ** 2  # (1 + cos(pi / 4)) / 2
     assert rate_factors("cosine", 4) == pytest.approx([1, eighth, 0.5, 1 - eighth, 0])
@@ -37,7 +37,7 @@ def test_counters_are_not_averaged() -> None:
 
 
 def test_wrong_options_are_refused() -> None:
-    with pytest.raises(ValueError, match="one of constant, linear, cosine, paper; got steep"):
+    with pytest.raises(ValueError, match="one of constant, linear, cosine, printed; got steep"):
         Learning(decay="steep")
     with pytest.raises(ValueError, match=r"learning\.loss must be one of distance, mse; got l1"):
         Learning(loss="l1")

@@ -243,3 +243,12 @@ def test_picture_shows_the_pairs(batch: Batch) -> None:
     picture = scatter(*images)
     assert picture.dtype == np.uint8 and picture.shape == (360, 540, 3)
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
+
+
+def test_seeds_have_no_draws_in_common(config: dict) -> None:
+    """Seed 1 repeated the draws of seed 0, one pair later."""
+    first, second = (_module(config, learning={"seed": seed}) for seed in (0, 1))
+    numbers = torch.arange(200)
+    draws = [module.draws(numbers, (2, 2)).z.flatten(1) for module in (first, second)]
+    assert torch.equal(draws[0], first.draws(numbers, (2, 2)).z.flatten(1))
+    assert torch.cdist(*draws).min() > 1e-3

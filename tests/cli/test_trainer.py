@@ -1,0 +1,66 @@
+"""The trainer of train.py is that of Lightning: its arguments, test runs, and sweepers."""
+
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+from hydra.core.utils import JobReturn
+from hydra.experimental.callback import Callback
+from lightning.pytorch.callbacks import EarlyStopping, ModelCheckpoint
+from lightning.pytorch.loggers import CSVLogger
+
+from polycube.cli import train as cli
+from tests.fixtures.trainings import command, config
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
+
+STOP = "{_target_: lightning.pytorch.callbacks.EarlyStopping, monitor: error}"
+
+
+@pytest.mark.parametrize("callbacks", [f"[{STOP}]", f"{{stop: {STOP}}}"])
+def test_arguments_of_the_user_are_kept(callbacks: str, tmp_path: Path) -> None:
+    """Callbacks are added to those of the program; other arguments replace its own."""
+    csv = f"{{_target_: lightning.pytorch.loggers.CSVLogger, save_dir: {tmp_path}}}"
+    chosen = ["+trainer.limit_train_batches=1", "+trainer.enable_model_summary=true"]
+    cfg = config(f"+trainer.callbacks={callbacks}", f"+trainer.logger={csv}", *chosen)
+    trainer = cli._trainer(cfg, tmp_path)
+    kinds = [type(each) for each in trainer.callbacks]
+    assert kinds.count(EarlyStopping) == 1 and kinds.count(ModelCheckpoint) == 2
+    assert isinstance(trainer.logger, CSVLogger)
+    assert trainer.limit_train_batches == 1
+    usual = cli._trainer(config(), tmp_path)
+    assert usual.limit_train_batches == 2 and usual.logger.name == "tensorboard"
+
+
+@pytest.mark.slow
+def test_fast_dev_run_is_a_test_of_one_batch(tmp_path: Path) -> None:
+    found = cli.train(config("+trainer.fast_dev_run=true"), tmp_path)
+    assert found["steps"] == 1 and 0 < found["error"] < 10
+
+
+@pytest.mark.slow
+def test_without_a_limit_of_epochs_the_rate_stays(tmp_path: Path) -> None:
+    """It was zero after the first epoch."""
+    small = ("trainer.max_epochs=-1", "+trainer.max_steps=3", "batches_per_epoch=1")
+    found = cli.train(config(*small, "learning.rate=1e-3"), tmp_path)
+    assert found["steps"] == 3 and found["lr"] == pytest.approx(1e-3)
+
+
+class Returned(Callback):
+    """Collects what the jobs of a sweep return to Hydra."""
+
+    values: ClassVar[list[object]] = []
+
+    def on_job_end(self, config: object, job_return: JobReturn, **_: object) -> None:
+        """The value that a sweeper such as Optuna's minimises."""
+        self.values.append(job_return.return_value)
+
+
+def test_sweepers_receive_the_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        cli, "train", lambda cfg, folder: {"error": cfg["learning"]["rate"], "lr": 1}
+    )
+    seen = "+hydra.callbacks.seen._target_=tests.cli.test_trainer.Returned"
+    assert command("-m", "learning.rate=0.25,0.5", seen) == 0
+    assert Returned.values == [0.25, 0.5]
