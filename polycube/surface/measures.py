@@ -142,6 +142,13 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
+def between_faces(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs (N,), (N,) of `twins` on edges between two CAD faces."""
+    first, second = twins(surface.faces)
+    differ = surface.region[first // 3] != surface.region[second // 3]
+    return first[differ], second[differ]
+
+
 def cad_vectors(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """Sum of the area vectors of each CAD face (R, 3) by its number, and its area (R,)."""
     vectors = area_vectors(surface)

@@ -7,12 +7,12 @@ import numpy as np
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import (
+    between_faces,
     curved_faces,
     diagonal,
     face_areas,
     face_normals,
     half_edges,
-    twins,
 )
 from polycube.types import TriMesh
 
@@ -82,14 +82,13 @@ def main_axis(surface: TriMesh) -> Axis:
 
 def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
     """The axis of the largest circle between two faces about an axis."""
-    sides, others = twins(surface.faces)
+    sides, others = between_faces(surface)
     between = np.sort(surface.region[np.stack([sides // 3, others // 3], axis=1)], axis=1)
     ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
     largest, best = 0.0, (np.zeros(3), _upward(axis))  # without circles: spheres and tori
-    border = between[:, 0] < between[:, 1]
-    _, pair, number = np.unique(between[border], axis=0, return_inverse=True, return_counts=True)
+    _, pair, number = np.unique(between, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(pair.ravel(), kind="stable")
-    for own in np.split(ends[border][order], np.cumsum(number)[:-1]):
+    for own in np.split(ends[order], np.cumsum(number)[:-1]):
         points = surface.vertices[np.unique(own)] - origin
         middle = points.mean(axis=0)
         if len(points) < FEWEST:

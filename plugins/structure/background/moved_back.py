@@ -11,7 +11,7 @@ from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.harmonic import harmonic
 from polycube.surface import closest, measures
-from polycube.surface.measures import connected, diagonal, half_edges, twins
+from polycube.surface.measures import between_faces, connected, diagonal, half_edges
 from polycube.types import HexMesh, TriMesh
 
 from .upright import Upright
@@ -65,8 +65,7 @@ def _on_curves(
 
     outer, rims : vertices (N,) and edges (E, 2) of the boundary
     """
-    one, two = twins(surface.faces)
-    ends = half_edges(surface.faces)[one[surface.region[one // 3] != surface.region[two // 3]]]
+    ends = half_edges(surface.faces)[between_faces(surface)[0]]
     a, b = np.moveaxis(surface.vertices[ends], 1, 0)
     tree = closest.tree(np.stack([a, b, b], axis=1))
     on_curve = np.zeros(len(x), bool)

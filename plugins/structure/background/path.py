@@ -7,12 +7,12 @@ import numpy as np
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.plane import frame, to_lines
 from polycube.surface.measures import (
+    between_faces,
     cad_vectors,
     curved_faces,
     diagonal,
     half_edges,
     place,
-    twins,
 )
 from polycube.types import TriMesh
 
@@ -90,10 +90,9 @@ def path(surface: TriMesh) -> Path:
     sums, _ = cad_vectors(surface)
     size = np.linalg.norm(sums, axis=1)
     planes = np.flatnonzero(~curved_faces(surface, PLANE) & (size > 0))
-    one, two = twins(surface.faces)
-    between = surface.region[np.stack([one // 3, two // 3], axis=1)]
-    border = between[:, 0] != between[:, 1]
-    curves = half_edges(surface.faces)[one[border]], between[border]
+    one, two = between_faces(surface)
+    faces = surface.region[np.stack([one // 3, two // 3], axis=1)]
+    curves = half_edges(surface.faces)[one], faces
     reason = NoBackgroundError("it has no plane end")
     for end in planes[np.argsort(size[planes], kind="stable")][:ENDS].tolist():
         try:
