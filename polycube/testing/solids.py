@@ -55,30 +55,35 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
 def half_ring(number: int = 16) -> TriMesh:
     """Half a ring between the radii 20 and 30, of height 10, with its six CAD faces."""
     angle = np.pi * np.arange(number + 1) / number
-    return _along(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros(2), 20, 10)
+    return _along(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros(len(angle)), 20, 10)
 
 
 def channel(number: int = 16) -> TriMesh:
     """A strip of thickness 2 and height 50, bent to half a ring between two legs."""
     angle = np.pi * np.append(np.insert(np.arange(number + 1), 0, 0), number) / number
-    legs = np.zeros((len(angle), 2))
-    legs[[0, -1], 1] = -40
+    legs = np.zeros(len(angle))
+    legs[[0, -1]] = -40
     return _along(np.stack([np.cos(angle), np.sin(angle)], axis=1), legs, 28, 50)
 
 
 def _along(turn: np.ndarray, shift: np.ndarray, inner: float, height: float) -> TriMesh:
-    """A rectangle between the radii `inner` and 30, moved along directions (N, 2) with shifts."""
+    """A rectangle between the radii `inner` and 30, moved along directions (N, 2).
+
+    It is shifted by y (N,). Its sides have a face for each piece with equal steps of this shift.
+    """
     n = len(turn)
     corners = ((inner, 0), (30, 0), (30, height), (inner, height))
     vertices = np.concatenate(
-        [np.column_stack([radius * turn + shift, np.full(n, z)]) for radius, z in corners]
+        [
+            np.column_stack([radius * turn + shift[:, None] * [0, 1], np.full(n, z)])
+            for radius, z in corners
+        ]
     )
     all_ = np.arange(4 * n).reshape(4, n)
     here, after = all_[:, :-1], all_[:, 1:]
     beyond, both = np.roll(here, -1, axis=0), np.roll(after, -1, axis=0)
     sides = np.moveaxis(np.array([[here, after, both], [here, both, beyond]]), 1, -1)
-    step = np.diff(shift * np.ones((n, 1)), axis=0)
-    piece = np.cumsum(np.append(0, abs(np.diff(step[:, 1])) > 0))
+    piece = np.cumsum(np.append(0, np.diff(shift, 2) != 0))
     number = 1 + np.arange(4)[:, None] + 4 * piece * (np.arange(4) % 2)[:, None]
     region = np.broadcast_to(number, sides.shape[:3])
     (a, b, c, d), (e, f, g, h) = all_[:, 0], all_[:, -1]
