@@ -19,7 +19,7 @@ from polycube.types import HexMesh
 MARGIN = 2 * losses.ROUND  # boundary quads closer than this to the neighbourhood are tested
 RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
-ABSOLUTE_GAIN = 1e-3  # smallest absolute reduction of the cost of an accepted cure
+ABSOLUTE_GAIN = 2e-4  # smallest absolute reduction of the cost of an accepted cure
 # a cure may reduce the least scaled Jacobian by this factor, or to a sufficient value
 LOWER = 0.9
 SUFFICIENT = 0.2

@@ -67,7 +67,7 @@ def neighbourhood(
     elements = fit.links.at(moving)
     piece, used = part(fit.mesh, elements, np.stack(fit.links.sides, axis=1))
     moves = np.isin(used, moving)
-    own, twin = None, np.full(len(used), -1)
+    own, twin, whole = None, np.full(len(used), -1), piece
     if inside is not None:
         own = inside[elements]
         if not has_sheet(piece, own):
@@ -76,7 +76,7 @@ def neighbourhood(
         moves = np.append(moves, np.ones(len(piece.vertices) - len(used), bool))
     problem = FitProblem(piece, fit.target, samples=1)
     problem.restrict_to_faces(fit.cad_face[piece.patch])
-    found = _routes(fit, piece, used, twin)
+    found = _routes(fit, whole, piece, used, twin)
     if found is None:
         return None
     routes, detours = found
@@ -105,21 +105,25 @@ def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
 
 
 def _routes(
-    fit: Fitted, piece: HexMesh, used: np.ndarray, twin: np.ndarray
+    fit: Fitted, whole: HexMesh, piece: HexMesh, used: np.ndarray, twin: np.ndarray
 ) -> tuple[list[Route], Detours] | None:
-    """Paths of the part, and their detours; None if a path is broken."""
+    """Paths of the part, and their detours; None if the sheet breaks a path.
+
+    whole : the part before the sheet
+    """
     n = len(piece.vertices)
-    edges = np.sort(edge_keys(quad_edges(piece.quads, is_closed=False)[0], n))
-    is_here = np.zeros(len(fit.gap), bool)
-    is_here[used] = True
+    known, edges = (
+        np.sort(edge_keys(quad_edges(mesh.quads, is_closed=False)[0], n)) for mesh in (whole, piece)
+    )
+    place = np.full(len(fit.gap), -1)
+    place[used] = np.arange(len(used))
     routes: list[Route] = []
     detours: Detours = {}
     for number, path in fit.paths.items():
-        if not is_here[path].any():
-            continue
         crease = fit.target.followed.creases[number]
-        for run, start, end in _runs(crease.is_loop, is_here[path]):
-            vertices = np.searchsorted(used, path[run])
+        sides = path_sides(place[path], crease.is_loop)
+        for run, start, end in _runs(crease.is_loop, _among(known, edge_keys(sides, n))):
+            vertices = place[path[run]]
             own = crease
             if len(run) < len(path) or start != 0:
                 x = fit.mesh.vertices[path]
@@ -137,23 +141,21 @@ def _routes(
 
 
 def _runs(is_loop: bool, is_here: np.ndarray) -> Iterator[tuple[np.ndarray, int, int]]:
-    """Runs of at least two vertices of a path in the part.
+    """Runs of the edges (N,) of a path in the part, as their vertices.
 
     Yields their numbers and the first and last index; in a loop, the last may exceed its length.
     """
-    n = len(is_here)
-    if is_here.all():
+    n = len(is_here) + (not is_loop)
+    if is_loop and is_here.all():
         yield np.arange(n), 0, n - 1
         return
     shift = int(np.flatnonzero(~is_here)[0]) if is_loop else 0
     marked = np.concatenate([[False], np.roll(is_here, -shift), [False]])
     change = np.flatnonzero(marked[1:] != marked[:-1])
-    for start, stop in change.reshape(-1, 2) + shift:
-        if stop - start > 1:
-            high = stop - 1
-            if start >= n:
-                start, high = start - n, high - n
-            yield np.arange(start, high + 1) % n, int(start), int(high)
+    for start, high in change.reshape(-1, 2) + shift:
+        if start >= n:
+            start, high = start - n, high - n
+        yield np.arange(start, high + 1) % n, int(start), int(high)
 
 
 def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list[int] | None:

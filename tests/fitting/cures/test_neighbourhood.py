@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polycube.fitting.creases.paths import path_sides
 from polycube.fitting.cures.fitted import Faces, edge_keys, fitted
 from polycube.fitting.cures.neighbourhood import _runs, neighbourhood, with_detours
 from polycube.hexmesh.connectivity import quad_edges
@@ -23,13 +24,13 @@ def runs(is_loop: bool, marks: str) -> list[list[int]]:
 @pytest.mark.parametrize(
     ("is_loop", "marks", "expected"),
     [
-        (False, "xxxx", [[0, 1, 2, 3]]),
+        (False, "xxx", [[0, 1, 2, 3]]),
         (True, "xxxx", [[0, 1, 2, 3]]),
-        (False, "xx.xx", [[0, 1], [3, 4]]),
-        (True, "xx.xx", [[3, 4, 0, 1]]),
-        (True, ".xx.xx", [[1, 2], [4, 5]]),
-        (False, ".x.xx", [[3, 4]]),
-        (True, "x....", []),
+        (False, "x.x", [[0, 1], [2, 3]]),
+        (True, "xx.x", [[3, 0, 1, 2]]),
+        (True, ".xx.xx", [[1, 2, 3], [4, 5, 0]]),
+        (False, ".x.", [[1, 2]]),
+        (True, "....", []),
     ],
 )
 def test_runs_of_a_path(is_loop, marks, expected):
@@ -38,8 +39,8 @@ def test_runs_of_a_path(is_loop, marks, expected):
 
 def test_a_run_across_the_start_of_a_loop_ends_beyond_its_length():
     [(run, start, end)] = _runs(True, np.array([True, True, False, True]))
-    assert run.tolist() == [3, 0, 1]
-    assert (start, end) == (3, 5)
+    assert run.tolist() == [3, 0, 1, 2]
+    assert (start, end) == (3, 6)
 
 
 def test_detours_are_inserted_between_their_ends():
@@ -57,6 +58,21 @@ def test_a_neighbourhood_has_all_hexes_of_its_moving_vertices(rod):
     assert near.inside is None
     x = near.problem.mesh.vertices
     assert np.array_equal(x, rod.mesh.vertices[near.used])
+
+
+def test_a_path_may_have_two_vertices_in_a_part_without_the_edge_between_them(rod):
+    """Two hexes far from each other, so that a row of hexes between their parts is in neither."""
+    creases = rod.target.followed.creases
+    ends = [path_sides(path, creases[number].is_loop) for number, path in rod.paths.items()]
+    for other in range(1, len(rod.mesh.hexes)):
+        near = neighbourhood(rod, np.array([0, other]))
+        sides = np.concatenate([route.sides for route in near.matching.routes])
+        number = len(near.used)
+        edges = edge_keys(quad_edges(near.problem.mesh.quads, is_closed=False)[0], number)
+        assert np.isin(edge_keys(sides, number), edges).all()
+        if np.isin(np.concatenate(ends), near.used).all(axis=1).sum() > len(sides):
+            return
+    pytest.fail("there are no such hexes")
 
 
 def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(rod):
