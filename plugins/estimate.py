@@ -126,11 +126,11 @@ def cure(move: Cure, history: History) -> Expected:
     failed = sum(
         type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes
     )
-    gain = CURED * missed.get("scaled_jacobian", 0.0)
-    gain += MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed * invalid
-    gain *= REPLACED if "features" in missed else 1
+    gain = invalid + CURED * missed.get("scaled_jacobian", 0.0)
     behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
-    return Expected(max(0.0, gain - behind), FEW + EACH_CURE * poor)
+    success = MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed if invalid else 1.0
+    success *= REPLACED if "features" in missed else 1
+    return Expected(success * max(0.0, gain - behind), FEW + EACH_CURE * poor)
 
 
 def again(move: Again, history: History) -> Expected:

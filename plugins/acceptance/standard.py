@@ -85,12 +85,11 @@ class Standard(Goal, Acceptance):
 
     def _shortfall(self, found: Inspection, is_bad: int, n_warnings: int) -> dict[str, float]:
         """How far a mesh is from the goal, by criterion; met criteria are left out."""
-        if is_bad:
-            return {"validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0}
         is_cad = len(found.surface.region) > 0
         wanted, power = (self.scaled_jacobian, 2) if is_cad else (self.smooth_jacobian, 1)
         n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
         parts = {
+            "validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0 * is_bad,
             "features": self._lost_share(found),
             "distances": 0.5 * self._is_far(found),
             "scaled_jacobian": max(0.0, 1 - found.scaled_jacobian / wanted) ** power,

@@ -21,8 +21,8 @@ from polycube.types import HexMesh, Ranked, Tier, TriMesh, Verdict
 
 logger = logging.getLogger(__name__)
 
-NO_MESH = 4.0  # shortfall while there is no mesh; that of a mesh is smaller
-NOT_JUDGED = 3.5  # of a mesh on which the acceptance raises an exception
+NO_MESH = 8.0  # shortfall while there is no mesh; that of a mesh is smaller
+NOT_JUDGED = 7.5  # of a mesh on which the acceptance raises an exception
 
 
 class Move(Protocol):

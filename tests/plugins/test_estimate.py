@@ -80,10 +80,10 @@ def test_a_better_score_is_more_promising():
 def test_each_mesh_of_a_tier_makes_the_others_less_likely():
     found = knows(structure(1.0), structure(2.0), structure(2.0, Tier.LEARNED))
     before = [rate(MeshStructure(n, 0), found) for n in (1, 2)]
-    missed(found, features=4.0)
+    missed(found, features=8.0)
     after = [rate(MeshStructure(n, 0), found) for n in (1, 2)]
     assert after[0] < before[0]
-    left = (4.0 - 0.15) / (4.0 - 0.15)
+    left = (8.0 - 0.15) / (8.0 - 0.15)
     assert after[1] == pytest.approx(before[1] * left)
 
 
@@ -197,3 +197,13 @@ def test_a_mesh_is_cured_only_if_it_would_then_lead():
     far = missed(found, 1, scaled_jacobian=0.8, distances=0.5)
     assert RULES(Cure(near.number), found).gain > 0
     assert RULES(Cure(far.number), found).gain == 0
+
+
+def test_a_mesh_far_behind_is_not_made_valid():
+    """What it misses besides is known: it would be behind the leading mesh anyway."""
+    found = knows(structure(1.0), structure(2.0))
+    missed(found, 0, features=0.8)
+    missed(found, 1, features=0.6, validity=2.0)
+    assert RULES(Cure(1), found).gain > 0
+    missed(found, 1, features=0.9, validity=2.0)
+    assert RULES(Cure(2), found).gain == 0

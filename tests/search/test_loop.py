@@ -84,7 +84,7 @@ def test_moves_are_logged(caplog):
     caplog.set_level("DEBUG")
     search(history(STAGES, grown(2.0)), script(*meshes(1)))
     assert "variant 1: expected gain 0.000 for 1.0" in caplog.messages
-    assert "variant 1: valid; gain 3.200 for 0.0" in caplog.messages
+    assert "variant 1: valid; gain 7.200 for 0.0" in caplog.messages
     assert [record.best for record in caplog.records if hasattr(record, "best")] == [1.0]
 
 
