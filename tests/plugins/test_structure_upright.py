@@ -125,6 +125,45 @@ def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
     assert max(feature.distance for feature in found) < 1e-3
 
 
+def sloping(slope: float, top: float = 2.0) -> TriMesh:
+    """A block 4 x 4 x 2 with a hole; its upper side slopes."""
+    surface = bored(48)
+    rise = slope * surface.vertices[:, 1] * (surface.vertices[:, 2] == top)
+    return replace(surface, vertices=surface.vertices + np.multiply.outer(rise, UP))
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.5])
+def test_a_sloping_plane_is_set_flat_at_its_mean_height(slope):
+    part = set_upright(sloping(slope), UP).surface
+    assert part.vertices == pytest.approx(bored(48).vertices)
+    mesh = hexes_of(sloping(slope), size="8%")
+    check_conforming(mesh)
+    assert volume(mesh) == pytest.approx(measures.volume(sloping(slope)), rel=5e-3)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.4
+    assert max(each.distance for each in inspect(mesh, sloping(slope)).features) < 4e-3
+
+
+def test_a_wedge_is_refused():
+    """Its upper side cannot be set flat, as it meets the lower one."""
+    surface = sloping(1.0)
+    first, of = measures.coincident(surface.vertices, 1e-6)
+    faces = of[surface.faces]
+    kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    wedge = TriMesh(surface.vertices[first], faces[kept], surface.region[kept])
+    with pytest.raises(NoBackgroundError, match="a plane is not perpendicular"):
+        set_upright(wedge, UP)
+
+
+def test_the_cone_of_a_hexagonal_head_is_set_flat(tmp_path):
+    surface, _ = read_surface(write("screw_head", tmp_path))
+    mesh = hexes_of(surface)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface) == 0
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1e-2)
+    found = inspect(mesh, surface).features
+    assert max(feature.distance for feature in found) < 5e-3
+
+
 def test_a_part_without_leaning_faces_is_not_changed():
     assert stack(bored(), SIZES)[1] is None
 
@@ -139,6 +178,13 @@ def test_a_face_without_borders_at_constant_heights_is_refused():
     ring = torus()
     with pytest.raises(NoBackgroundError, match="a face leans, and has no two borders"):
         set_upright(replace(ring, region=np.ones(len(ring.faces), np.int64)), UP)
+
+
+def test_a_slightly_conic_hole_that_is_not_level_is_no_hole_across_the_axis():
+    surface = revolved((0, 1), (0, 4), (4, 4), (4, 1.12))
+    tilted = Rotation.from_rotvec([0, 0.02, 0]).apply([1.0, 0, 0])
+    with pytest.raises(NoBackgroundError):
+        set_upright(surface, tilted)
 
 
 @pytest.mark.parametrize("number", [16, 40])

@@ -157,14 +157,15 @@ def _motion(x: np.ndarray, here: np.ndarray, normal: np.ndarray, after: np.ndarr
     Raises
     ------
     NoBackgroundError
-        If the other curve is not plane.
+        If the other curve is not plane, or is about the same centre.
     """
     centre, target = x[here].mean(axis=(0, 1)), x[after].mean(axis=(0, 1))
     out = x[np.unique(after)] - target
     _, _, axes = np.linalg.svd(out, full_matrices=False)
     other, step = axes[2], target - centre
     length = np.linalg.norm(step)
-    if abs(out @ other).max() > 1e-4 * abs(out).max():
+    extent = abs(out).max()
+    if abs(out @ other).max() > 1e-4 * extent or length < 1e-4 * extent:
         raise NoBackgroundError("its section is not constant along a path")
     if np.linalg.norm(np.cross(normal, other)) > PARALLEL:
         axis = np.cross(normal, other)

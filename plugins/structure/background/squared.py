@@ -154,6 +154,8 @@ def _hole(
     """The hole inside a ring of faces, if one is curved and all are visible from its centre."""
     flat = np.stack([at @ across, at[:, 2]], axis=1)
     places = flat[surface.faces[ring]]
+    if not len(ring):
+        return None
     low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
     middle = (low + high) / 2
     normals = np.stack([vectors[ring] @ across, vectors[ring, 2]], axis=1)

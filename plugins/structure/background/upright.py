@@ -18,7 +18,7 @@ from polycube.numerics.harmonic import harmonic
 from polycube.surface.measures import edges, face_areas, face_normals, place
 from polycube.types import TriMesh
 
-from .leaning import Leaning, is_loop, leaning
+from .leaning import Leaning, is_loop, leaning, set_flat
 from .squared import Pairs, holes_across, square
 
 if TYPE_CHECKING:
@@ -91,7 +91,19 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     one, two = pairs
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
-    waiting = {number: leaning(surface, at, beyond, number, near) for number in leans}
+    given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
+    flat = set_flat(surface, at, beyond, given, is_cap)
+    is_cap[flat] = True
+    waiting = {}
+    for number in set(leans) - set(flat):
+        if (face := leaning(surface, at, beyond, number, near)) is None:
+            where = place(
+                surface, surface.vertices[surface.faces[region == number]].mean(axis=(0, 1))
+            )
+            raise NoBackgroundError(
+                f"a face leans, and has no two borders at constant heights, near {where}"
+            )
+        waiting[number] = face
     while waiting:
         # those at walls first, and the largest of them
         number = max(
