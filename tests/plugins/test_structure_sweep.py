@@ -17,7 +17,7 @@ from polycube.hexmesh.background.arrangement import arrangement
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
-from polycube.hexmesh.background.columns import layers
+from polycube.hexmesh.background.columns import feet, layers
 from polycube.hexmesh.background.curves import Curve, Sizes, divided
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
@@ -207,6 +207,18 @@ def test_layers_have_the_wanted_thickness_and_least_number_between_caps(full, ex
 RECTANGLES = st.lists(
     st.tuples(*[st.integers(0, 8)] * 2, *[st.integers(1, 6)] * 2), min_size=1, max_size=5
 )
+
+
+def test_each_column_has_one_foot():
+    """A pocket of depth 1 in a block of height 2: its columns are lower."""
+    mesh = hexes_of(pocketed(), size=0.3)
+    quads, number = feet(mesh)
+    assert number.sum() == len(mesh.hexes) and len(np.unique(number)) == 2
+    assert np.ptp(mesh.vertices[quads][..., 2]) == pytest.approx(0)
+    a, b, c, d = np.moveaxis(mesh.vertices[quads], 1, 0)
+    area = np.linalg.norm(np.cross(c - a, d - b), axis=1) / 2
+    assert area.sum() == pytest.approx(12)
+    assert area @ number / number.max() == pytest.approx(volume(mesh) / 2)
 
 
 @settings(deadline=None, max_examples=50)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.columns import feet
 from polycube.hexmesh.background.smoothing import sines
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.quality import volume
@@ -76,6 +77,14 @@ def test_the_profile_is_exact_between_the_meridians(given):
     assert abs(along) == 1
     assert ends == pytest.approx(np.unique(np.round(wanted, 6), axis=0), abs=1e-5)
     assert part.is_cyclic and np.diff(part.levels) == pytest.approx([2 * np.pi])
+
+
+def test_the_section_of_rings_is_the_profile():
+    [candidate] = propose(revolved(*SLEEVE, n=96))
+    quads, number = feet(candidate.blocks)
+    assert len(np.unique(number)) == 1 and number.sum() == len(candidate.blocks.hexes)
+    angle = np.arctan2(*candidate.blocks.vertices[quads][..., :2].T)
+    assert np.ptp(angle) < 1e-6
 
 
 def test_the_planes_of_a_half_are_levels():

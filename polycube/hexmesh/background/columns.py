@@ -5,6 +5,7 @@ import numpy as np
 from polycube.hexmesh.background.background import Background
 from polycube.hexmesh.background.section import Section
 from polycube.hexmesh.connectivity import hex_mesh
+from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 
@@ -50,6 +51,20 @@ def columns(flat: Section, background: Background, full: np.ndarray, number: np.
     height, vertex = np.divmod(used, size)
     vertices = np.column_stack([flat.vertices[vertex], heights[height]])
     return hex_mesh(background.place(vertices), hexes.reshape(-1, 8))
+
+
+def feet(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest quad (N, 4) of each column of a mesh from `columns`, and its number of hexes (N,).
+
+    A column that is a ring has its first hex as the lowest one.
+    """
+    ends = np.sort(np.concatenate([mesh.hexes[:, :4], mesh.hexes[:, 4:]]), axis=1)
+    below, above = np.unique(ends, axis=0, return_inverse=True)[1].reshape(2, -1)
+    column = connected(below, above, int(above.max(initial=below.max())) + 1)[below]
+    rank = np.isin(below, above)  # a hex that is not the lowest one follows
+    order = np.lexsort((np.arange(len(rank)), rank, column))
+    first = order[np.unique(column[order], return_index=True)[1]]
+    return mesh.hexes[first, :4], np.bincount(column)[column[first]]
 
 
 def heights_of(levels: np.ndarray, number: np.ndarray) -> np.ndarray:

@@ -62,7 +62,11 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
-    if not numbers and not candidates and not {"polycube", "labels", "proposals"} & set(pictures):
+    if (
+        not numbers
+        and not candidates
+        and not {"polycube", "section", "labels", "proposals"} & set(pictures)
+    ):
         return NOTHING
     numbers = {STRUCTURE.get(name, name): value for name, value in numbers.items()}
     if "grid" in numbers:

@@ -36,7 +36,10 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
     surface, mesh, spline = state.surface, state.hexes, state.spline
     found: dict[str, Callable[[], Picture]]
     found = {"input": partial(scenes.input_surface, surface)}
-    if state.polycube is not None:
+    blocks = state.ranked[state.chosen].candidate.blocks if state.ranked else None
+    if blocks is not None:
+        found["section"] = partial(scenes.section, blocks)
+    elif state.polycube is not None:
         found["polycube"] = partial(scenes.polycube_faces, state.polycube, state.rough_map)
     if state.labels is not None:
         found["labels"] = partial(scenes.labelled, surface, state.labels)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from polycube.hexmesh.background.columns import feet
 from polycube.hexmesh.connectivity import FACES, exposed, quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.pictures.colours import (
@@ -58,6 +59,13 @@ def polycube_faces(polycube: Polycube, rough_map: RoughMap | None = None) -> Sce
     border = edges[faces.patch[pair[:, 0]] != faces.patch[pair[:, 1]]]
     points = faces.vertices if rough_map is None else faces.vertices @ _turn(rough_map).T
     return [Layer(points, faces.quads, rgb(AXIS_COLOURS)[faces.axis], border)]
+
+
+def section(blocks: HexMesh) -> Scene:
+    """The quads of the section of a structure of columns, each with a colour per hexes above it."""
+    quads, number = feet(blocks)
+    rank = np.unique(number, return_inverse=True)[1]
+    return [Layer(blocks.vertices, quads, rgb(CELLS)[rank % len(CELLS)], outlined=True)]
 
 
 def _turn(rough_map: RoughMap) -> np.ndarray:

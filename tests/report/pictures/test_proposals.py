@@ -44,6 +44,18 @@ def test_polycubes_of_equal_size_lie_in_rows_and_do_not_touch() -> None:
     assert np.isclose(low[4, 0], low[0, 0]) and high[4, 1] < low[0, 1]  # below the first
 
 
+def test_a_section_of_columns_is_shown_instead_of_the_polycube(
+    monkeypatch,
+) -> None:
+    monkeypatch.setattr(pictures, "draw", dict)
+    run = solid("cube")
+    swept = [ranked(replace(run.candidate, blocks=run.hexes), "c")]
+    state = RunState(run.surface, ranked=swept, polycube=run.polycube, rough_map=run.rough_map)
+    drawn = pictures.pictures(state)
+    assert "section" in drawn and "polycube" not in drawn
+    assert "foot of each column" in sections.structure(state, {}, {"section": b"\x89PNG"})
+
+
 def test_a_run_with_two_structures_shows_them(monkeypatch) -> None:
     monkeypatch.setattr(pictures, "draw", dict)
     surface = solid("cube").surface
