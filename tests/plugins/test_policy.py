@@ -100,6 +100,15 @@ def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkey
     assert variants(found) == list(range(number))
 
 
+@pytest.mark.parametrize(("effort", "number"), [("first", 1), ("normal", 2), ("thorough", 3)])
+def test_beyond_a_total_work_a_normal_search_makes_small_moves_only(effort, number, monkeypatch):
+    """Variant 1 is a small move, variant 2 is larger than all that a search may do."""
+    works = [1.0, module.FEW, module.MOST["normal"] + 1]
+    expecting(monkeypatch, lambda move: 1e3, lambda move: works[move.variant])
+    found = searched(history(STAGES, grown(3.0, 2.0, 1.0)), effort=effort)
+    assert variants(found) == list(range(number))
+
+
 def test_thorough_pays_ten_times_as_much():
     assert PRICE["normal"] == 10 * PRICE["thorough"] > 0
 

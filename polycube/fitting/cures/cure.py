@@ -41,6 +41,7 @@ BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
 # evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
 BUDGET, FEW = 2000, 3000
+SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
 # limits for features in an envelope; final checks use other samples
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
 # of the size: vertices closer than this to features lost by a fit are held in the next one
@@ -151,13 +152,14 @@ class _Cures:
             self._dense = [place for density, place in self._sheets() if density > self._limit]
         yield from (place for place in self._dense if place.face not in self._faces)
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
+        least = max(ABSOLUTE_GAIN, SHARE * poor.sum())
         left = np.where(self._tried, 0, poor)
         while left.any():
             worst = left.argmax()
             together = links.at(links.around(links.hexes[worst], RINGS))
             seeds = together[np.argsort(-left[together], kind="stable")]
             seeds = seeds[left[seeds] > 0]
-            if left[seeds].sum() > ABSOLUTE_GAIN:
+            if left[seeds].sum() > least:
                 yield Place(seeds)
             left[seeds] = 0
         yield from (place for _, place in self._sheets())
