@@ -4,12 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from polycube.hexmesh.background.plane import cross
+from polycube.numerics.harmonic import harmonic
 from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import connected, half_edges, triangle_vectors
+from polycube.surface.measures import connected, edges, half_edges, triangle_vectors
 from polycube.types import TriMesh
 
 LEVEL = 1e-2  # largest slope of a curve at constant height
 STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
+TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
 
 
@@ -97,3 +100,132 @@ def set_flat(
 def is_loop(vertices: np.ndarray) -> bool:
     """Whether a line returns to its first vertex."""
     return bool(vertices[0] == vertices[-1])
+
+
+class SquaredOff(NamedTuple):
+    """The rounding of an edge, made square.
+
+    Parameters
+    ----------
+    upper : (N,) whether each of its triangles is in the plane of the cap
+    levels : (L,) heights that divide its part in the wall
+    fine : (P, 3) places at its ends in the plane, and the length of edges there
+    """
+
+    upper: np.ndarray
+    levels: np.ndarray
+    fine: np.ndarray
+
+
+def squared_off(
+    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float
+) -> SquaredOff | None:
+    """Make the convex rounding of an edge between a wall and a cap square, in place.
+
+    Then four hexes meet at each of its borders, where the part is smooth.
+
+    Parameters
+    ----------
+    at, before : (V, 3) vertices in the frame, now and before any face was set
+    base : number of its border at the wall
+    chord : largest distance of an edge from the rounding
+
+    Returns
+    -------
+    None, without changes, if the face is not such a rounding.
+    """
+    foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
+    vectors = triangle_vectors(before[face.faces])
+    steep = abs(vectors[:, 2]) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
+    at_foot, at_top = (np.isin(face.faces, end).sum(axis=1) > 1 for end in (foot, top))
+    if steep[at_foot].mean() > TANGENT or steep[at_top].mean() < np.sqrt(1 - TANGENT**2):
+        return None
+    used, faces = np.unique(face.faces, return_inverse=True)
+    faces = faces.reshape(-1, 3)
+    outer = over(at, before, face, base)[used]
+    out = outer - at[used, :2]
+    if (vectors[:, :2] * out[faces].mean(axis=1)).sum() < 0:
+        return None
+    inner = over(at, before, face, 1 - base)[used]
+    width = np.linalg.norm(outer - inner, axis=1)
+    low, high = at[foot, 2].mean(), at[top, 2].mean()
+    rise = (at[used, 2] - low) / (high - low)
+    run = 1 - np.linalg.norm(out, axis=1) / width
+    share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
+    upper = share[faces].mean(axis=1) > 0.5
+    is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
+    share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
+    share[is_upper & is_lower] = 0.5
+    profile = np.column_stack([at[used, 2], np.linalg.norm(out, axis=1)])
+    parts = (len(between(profile, chord)) + 2) // 2
+    in_plane = np.clip(2 * share - 1, 0, 1)
+    at[used, :2] = outer + in_plane[:, None] * (inner - outer)
+    at[used, 2] = low + np.clip(2 * share, 0, 1) * (high - low)
+    middle = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
+    fine = np.column_stack([at[used[middle], :2], width[middle] / parts])
+    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine)
+
+
+def over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.ndarray:
+    """(V, 2) places of the vertices of a face over one of its borders.
+
+    Shares of the lengths of both borders are equal, and harmonic between them.
+    """
+    foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
+    is_round = is_loop(foot)
+    if _is_reversed(before, face, foot, top):
+        top = top[::-1]
+    arcs = [arc_of(before[border, :2]) for border in (foot, top)]
+    knots, share = (arc / arc[-1] for arc in arcs)
+    turn = np.zeros(len(at), complex)
+    given = [foot, top, *face.sides]
+    if is_round:
+        round_ = np.exp(2j * np.pi * knots), np.exp(2j * np.pi * share)
+        centred = [before[b, :2] - before[b[:-1], :2].mean(axis=0) for b in (foot, top)]
+        closest = np.linalg.norm(centred[1][:, None] - centred[0], axis=2).argmin(axis=1)
+        offset = (round_[0][closest] / round_[1])[:-1].mean()
+        turn[foot], turn[top] = round_[0], round_[1] * offset / abs(offset)
+    else:
+        for side in face.sides:
+            turn[side] = float(foot[-1] in side)
+        turn[foot], turn[top] = knots, share
+    used, faces = np.unique(face.faces, return_inverse=True)
+    known = np.isin(used, np.concatenate(given))
+    values = turn[used].view(float).reshape(-1, 2)
+    values = harmonic(before[used], edges(faces.reshape(-1, 3))[0], np.flatnonzero(~known), values)
+    where = values[:, 0]
+    if is_round:
+        where = np.arctan2(values[:, 1], values[:, 0]) / (2 * np.pi) % 1
+    over = at[:, :2].copy()
+    over[used] = np.stack([np.interp(where, knots, at[foot, d]) for d in (0, 1)], axis=1)
+    return over
+
+
+def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarray) -> bool:
+    """Whether the order of the vertices of two borders is opposite."""
+    if is_loop(foot):
+        areas = [cross(at[b[:-1], :2], at[b[1:], :2]).sum() for b in (foot, top)]
+        return bool(np.prod(areas) < 0)
+    return not any(foot[0] in side and top[0] in side for side in face.sides)
+
+
+def arc_of(points: np.ndarray) -> np.ndarray:
+    """(N,) arc length at each point of a line."""
+    return np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+
+def between(profile: np.ndarray, most: float) -> np.ndarray:
+    """(N,) heights that divide a profile evenly, so that its chords are close to it.
+
+    Parameters
+    ----------
+    profile : (P, 2) height and distance of the vertices of a face from the line over which it is
+    most : largest distance of a chord from the vertices
+    """
+    profile = profile[profile[:, 0].argsort(kind="stable")]
+    low, high = profile[[0, -1]]
+    chord = np.broadcast_to(high - low, profile.shape)
+    off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
+    number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
+    arc = arc_of(profile)
+    return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])

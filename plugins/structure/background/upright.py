@@ -2,7 +2,8 @@
 
 A face that leans has two borders at constant heights. If only one of them is at a wall, the face
 becomes a wall over it. If both are, or if the face is shallow, it becomes a plane at the height of
-one of them.
+one of them. The convex rounding of an edge between a wall and a cap becomes square, and faces that
+slope but have other borders become flat.
 """
 
 from __future__ import annotations
@@ -13,12 +14,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import cross, frame
-from polycube.numerics.harmonic import harmonic
-from polycube.surface.measures import edges, face_areas, face_normals, place
+from polycube.hexmesh.background.plane import frame
+from polycube.surface.measures import face_areas, face_normals, place
 from polycube.types import TriMesh
 
-from .leaning import Leaning, is_loop, leaning, set_flat
+from .leaning import (
+    Leaning,
+    arc_of,
+    between,
+    is_loop,
+    leaning,
+    over,
+    set_flat,
+    squared_off,
+)
 from .squared import Pairs, holes_across, square
 
 if TYPE_CHECKING:
@@ -111,18 +120,28 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
             key=lambda n: (any(is_wall[b.beyond].all() for b in waiting[n].borders), total[n]),
         )
         face = waiting.pop(number)
+        ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
+        if sorted(ends) == [(False, True), (True, False)]:
+            found = squared_off(at, before, face, ends.index((True, False)), sizes.chord)
+            if found is not None:
+                region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
+                is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
+                is_wall[number] = True
+                levels.append(found.levels)
+                fine.append(found.fine)
+                continue
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
         if is_wall[number]:
             used = np.unique(face.faces)
             run = np.linalg.norm((at - before)[used, :2], axis=1)
-            levels.append(_between(np.column_stack([at[used, 2], run]), sizes.chord))
+            levels.append(between(np.column_stack([at[used, 2], run]), sizes.chord))
     on_cap = is_cap[region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
     if is_oblique.any():
         where = place(surface, surface.vertices[surface.faces[np.argmax(is_oblique), 0]])
         raise NoBackgroundError(f"a plane is not perpendicular to an axis near {where}")
-    part = replace(surface, vertices=at @ rows)
+    part = replace(surface, vertices=at @ rows, region=region)
     is_over = np.isin(region, leans) & ~on_cap
     return Upright(part, on_cap, is_changed, is_over, np.concatenate(levels), np.concatenate(fine))
 
@@ -136,13 +155,13 @@ def _set(
     """
     used, borders = np.unique(face.faces), face.borders
     heights = [at[border.vertices, 2].mean() for border in borders]
-    lengths = [_arc(before[border.vertices, :2])[-1] for border in borders]
+    lengths = [arc_of(before[border.vertices, :2])[-1] for border in borders]
     at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
     if len(borders) == 1 or all(at_wall):
         at[used, 2] = heights[int(np.argmax(lengths))]
         return False
     base = at_wall.index(True) if any(at_wall) else 0
-    top, foot = borders[1 - base], _over(at, before, face, base)
+    top, foot = borders[1 - base], over(at, before, face, base)
     run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
     most = (heights[1] - heights[0]) / SHALLOW
     if is_loop(top.vertices):
@@ -152,68 +171,3 @@ def _set(
         return False
     at[used, :2] = foot[used]
     return True
-
-
-def _over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.ndarray:
-    """(V, 2) places of the vertices of a face over one of its borders.
-
-    Shares of the lengths of both borders are equal, and harmonic between them.
-    """
-    foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
-    is_round = is_loop(foot)
-    if _is_reversed(before, face, foot, top):
-        top = top[::-1]
-    arcs = [_arc(before[border, :2]) for border in (foot, top)]
-    knots, share = (arc / arc[-1] for arc in arcs)
-    turn = np.zeros(len(at), complex)
-    given = [foot, top, *face.sides]
-    if is_round:
-        round_ = np.exp(2j * np.pi * knots), np.exp(2j * np.pi * share)
-        centred = [before[b, :2] - before[b[:-1], :2].mean(axis=0) for b in (foot, top)]
-        closest = np.linalg.norm(centred[1][:, None] - centred[0], axis=2).argmin(axis=1)
-        offset = (round_[0][closest] / round_[1])[:-1].mean()
-        turn[foot], turn[top] = round_[0], round_[1] * offset / abs(offset)
-    else:
-        for side in face.sides:
-            turn[side] = float(foot[-1] in side)
-        turn[foot], turn[top] = knots, share
-    used, faces = np.unique(face.faces, return_inverse=True)
-    known = np.isin(used, np.concatenate(given))
-    values = turn[used].view(float).reshape(-1, 2)
-    values = harmonic(before[used], edges(faces.reshape(-1, 3))[0], np.flatnonzero(~known), values)
-    where = values[:, 0]
-    if is_round:
-        where = np.arctan2(values[:, 1], values[:, 0]) / (2 * np.pi) % 1
-    over = at[:, :2].copy()
-    over[used] = np.stack([np.interp(where, knots, at[foot, d]) for d in (0, 1)], axis=1)
-    return over
-
-
-def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarray) -> bool:
-    """Whether the order of the vertices of two borders is opposite."""
-    if is_loop(foot):
-        areas = [cross(at[b[:-1], :2], at[b[1:], :2]).sum() for b in (foot, top)]
-        return bool(np.prod(areas) < 0)
-    return not any(foot[0] in side and top[0] in side for side in face.sides)
-
-
-def _between(profile: np.ndarray, most: float) -> np.ndarray:
-    """(N,) heights that divide a profile evenly, so that its chords are close to it.
-
-    Parameters
-    ----------
-    profile : (P, 2) height and distance of the vertices of a face from the line over which it is
-    most : largest distance of a chord from the vertices
-    """
-    profile = profile[profile[:, 0].argsort(kind="stable")]
-    low, high = profile[[0, -1]]
-    chord = np.broadcast_to(high - low, profile.shape)
-    off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
-    number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
-    arc = _arc(profile)
-    return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])
-
-
-def _arc(points: np.ndarray) -> np.ndarray:
-    """(N,) arc length at each point of a line."""
-    return np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
