@@ -35,6 +35,11 @@ def _closest(
     return there, square
 
 
+def lengths(points: np.ndarray) -> np.ndarray:
+    """(N,) length of a line (N, 2 or 3) up to each of its points."""
+    return np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest(
     points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray, expected: np.ndarray

@@ -144,7 +144,9 @@ def test_a_convex_rounding_is_made_square_at_half_its_turn():
     radius = np.linalg.norm(part.surface.vertices[:, :2], axis=1)[part.surface.faces]
     height = part.surface.vertices[:, 2][part.surface.faces]
     assert radius[wall] == pytest.approx(6, rel=1e-3) and height[end] == pytest.approx(3)
-    assert np.ptp(height[wall]) == pytest.approx(1) and np.ptp(radius[end]) == pytest.approx(1, rel=2e-3)
+    assert np.ptp(height[wall]) == pytest.approx(1) and np.ptp(radius[end]) == pytest.approx(
+        1, rel=2e-3
+    )
     assert wall.sum() == pytest.approx(end.sum())
     square = revolved((0, 2), (0, 6), (3, 6), (3, 2))
     assert measures.volume(part.surface) == pytest.approx(measures.volume(square), rel=1e-3)
@@ -153,6 +155,17 @@ def test_a_convex_rounding_is_made_square_at_half_its_turn():
 def test_a_concave_rounding_is_set_upright_as_a_whole():
     part = set_upright(HUB, UP)
     assert not part.is_cap[part.is_changed].any()
+
+
+def test_a_block_with_rounded_edges_and_corners_is_swept(tmp_path):
+    """A corner of three roundings has a border, and a tip on the opposite plane."""
+    surface, _ = read_surface(write("rounded_box", tmp_path))
+    mesh = hexes_of(surface)
+    check_conforming(mesh)
+    assert len(mesh.hexes) < 3500
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1e-2)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.2  # before the fit
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
 
 
 def sloping(slope: float, top: float = 2.0) -> TriMesh:

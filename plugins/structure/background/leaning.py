@@ -1,4 +1,4 @@
-"""Faces that are neither across an axis nor along it, and their borders at constant heights."""
+"""Faces that are neither across an axis nor along it: their borders, and how they become square."""
 
 from typing import NamedTuple
 
@@ -6,14 +6,13 @@ import numpy as np
 
 from polycube.hexmesh.background.plane import cross
 from polycube.numerics.harmonic import harmonic
+from polycube.surface.arc_length import lengths
 from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import connected, edges, half_edges, triangle_vectors
+from polycube.surface.measures import edges, half_edges, triangle_vectors
 from polycube.types import TriMesh
 
 LEVEL = 1e-2  # largest slope of a curve at constant height
-STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
 TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
-FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
 
 
 class Border(NamedTuple):
@@ -35,7 +34,8 @@ class Leaning(NamedTuple):
     Parameters
     ----------
     faces : (N, 3) its triangles
-    borders : one or two curves at constant height, the lower one first
+    borders : one or two curves at constant height, the lower one first; a tip is a curve of one
+        vertex
     sides : (N,) vertices of each curve from one border to the other
     """
 
@@ -62,44 +62,40 @@ def leaning(
     uneven = any(np.ptp(at[border.vertices, 2]) > 10 * near for border in borders)
     if uneven or len(sides) != sum(not is_loop(border.vertices) for border in borders):
         return None
+    if len(borders) == len(sides) == 1:
+        if (tip := _tip(surface, at, number, borders[0], sides[0])) is None:
+            return None
+        place, faces = tip
+        borders.append(Border(sides[0][[place]], faces))
+        sides = sides[0][: place + 1], sides[0][place:]
     if len(borders) not in (1, 2) or (len(borders) == 1 and sides):
         return None
     borders.sort(key=lambda border: at[border.vertices, 2].mean())
     return Leaning(surface.faces[own], tuple(borders), sides)
 
 
-def set_flat(
-    surface: TriMesh, at: np.ndarray, beyond: np.ndarray, numbers: list[int], is_cap: np.ndarray
-) -> list[int]:
-    """Set the sloping faces among given ones flat, in place; their numbers.
+def _tip(
+    surface: TriMesh, at: np.ndarray, number: int, border: Border, side: np.ndarray
+) -> tuple[int, np.ndarray] | None:
+    """The place on a side of the vertex farthest from the border, and the faces opposite there.
 
-    A face is sloping if its slope is below 60 degrees everywhere. Sloping faces that meet become
-    one plane: at the height of a cap on the same side that they meet, or else at their mean height.
-
-    is_cap : (R,) whether each face is perpendicular to the axis
+    It is the corner of three roundings. None if it is an end, or if no other face is there.
     """
-    vectors = triangle_vectors(at[surface.faces])
-    area, up = np.linalg.norm(vectors, axis=1), vectors[:, 2]
-    sign = np.sign(np.bincount(surface.region, up, len(is_cap))).astype(np.int64)
-    is_steep = sign[surface.region] * up < STEEP * area
-    steep = np.bincount(surface.region, area * is_steep, len(is_cap))
-    total = np.bincount(surface.region, area, len(is_cap))
-    is_sloping = np.isin(np.arange(len(is_cap)), numbers) & (steep < FEW * total)
-    own, ends = np.repeat(surface.region, 3), half_edges(surface.faces)
-    is_same = sign[own] == sign[beyond]
-    joins = is_same & is_sloping[own] & is_sloping[beyond]
-    group = connected(own[joins], beyond[joins], len(is_cap))
-    for one in np.unique(group[is_sloping]):
-        faces = group[surface.region] == one
-        fixed = at[ends[is_same & (group[own] == one) & is_cap[beyond]], 2]
-        mean = np.average(at[surface.faces[faces], 2].mean(axis=1), weights=area[faces])
-        at[surface.faces[faces], 2] = fixed.mean() if len(fixed) else mean
-    return np.flatnonzero(is_sloping).tolist()
+    place = int(abs(at[side, 2] - at[border.vertices[0], 2]).argmax())
+    if place in (0, len(side) - 1):
+        return None
+    own, *others = (
+        surface.region[(surface.faces == vertex).any(axis=1)]
+        for vertex in side[place - 1 : place + 2]
+    )
+    tip = others.pop(0)
+    faces = np.setdiff1d(tip, np.concatenate([own, *others, [number]]))
+    return (place, faces) if len(faces) else None
 
 
 def is_loop(vertices: np.ndarray) -> bool:
     """Whether a line returns to its first vertex."""
-    return bool(vertices[0] == vertices[-1])
+    return len(vertices) > 1 and bool(vertices[0] == vertices[-1])
 
 
 class SquaredOff(NamedTuple):
@@ -137,26 +133,28 @@ def squared_off(
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
     vectors = triangle_vectors(before[face.faces])
     steep = abs(vectors[:, 2]) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
-    at_foot, at_top = (np.isin(face.faces, end).sum(axis=1) > 1 for end in (foot, top))
+    at_foot, at_top = (
+        np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
+    )
     if steep[at_foot].mean() > TANGENT or steep[at_top].mean() < np.sqrt(1 - TANGENT**2):
         return None
     used, faces = np.unique(face.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
-    outer = over(at, before, face, base)[used]
-    out = outer - at[used, :2]
+    outer, inner = (over(before, before, face, end)[used] for end in (base, 1 - base))
+    out = outer - before[used, :2]
     if (vectors[:, :2] * out[faces].mean(axis=1)).sum() < 0:
         return None
-    inner = over(at, before, face, 1 - base)[used]
-    width = np.linalg.norm(outer - inner, axis=1)
-    low, high = at[foot, 2].mean(), at[top, 2].mean()
-    rise = (at[used, 2] - low) / (high - low)
-    run = 1 - np.linalg.norm(out, axis=1) / width
+    low, high = before[foot, 2].mean(), before[top, 2].mean()
+    rise = (before[used, 2] - low) / (high - low)
+    run = 1 - np.linalg.norm(out, axis=1) / np.linalg.norm(outer - inner, axis=1)
     share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
     upper = share[faces].mean(axis=1) > 0.5
     is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
     share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
     share[is_upper & is_lower] = 0.5
-    profile = np.column_stack([at[used, 2], np.linalg.norm(out, axis=1)])
+    profile = np.column_stack([before[used, 2], np.linalg.norm(out, axis=1)])
+    outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
+    low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
     parts = (len(between(profile, chord)) + 2) // 2
     in_plane = np.clip(2 * share - 1, 0, 1)
     at[used, :2] = outer + in_plane[:, None] * (inner - outer)
@@ -175,8 +173,8 @@ def over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.nda
     is_round = is_loop(foot)
     if _is_reversed(before, face, foot, top):
         top = top[::-1]
-    arcs = [arc_of(before[border, :2]) for border in (foot, top)]
-    knots, share = (arc / arc[-1] for arc in arcs)
+    arcs = [lengths(before[border, :2]) for border in (foot, top)]
+    knots, share = (arc / max(arc[-1], 1e-300) for arc in arcs)
     turn = np.zeros(len(at), complex)
     given = [foot, top, *face.sides]
     if is_round:
@@ -209,11 +207,6 @@ def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarra
     return not any(foot[0] in side and top[0] in side for side in face.sides)
 
 
-def arc_of(points: np.ndarray) -> np.ndarray:
-    """(N,) arc length at each point of a line."""
-    return np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-
-
 def between(profile: np.ndarray, most: float) -> np.ndarray:
     """(N,) heights that divide a profile evenly, so that its chords are close to it.
 
@@ -227,5 +220,5 @@ def between(profile: np.ndarray, most: float) -> np.ndarray:
     chord = np.broadcast_to(high - low, profile.shape)
     off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
     number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
-    arc = arc_of(profile)
+    arc = lengths(profile)
     return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])

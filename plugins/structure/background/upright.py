@@ -9,25 +9,24 @@ slope but have other borders become flat.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import frame
-from polycube.surface.measures import face_areas, face_normals, place
+from polycube.surface.arc_length import lengths
+from polycube.surface.measures import (
+    connected,
+    face_areas,
+    face_normals,
+    half_edges,
+    place,
+    triangle_vectors,
+)
 from polycube.types import TriMesh
 
-from .leaning import (
-    Leaning,
-    arc_of,
-    between,
-    is_loop,
-    leaning,
-    over,
-    set_flat,
-    squared_off,
-)
+from .leaning import Leaning, between, is_loop, leaning, over, squared_off
 from .squared import Pairs, holes_across, square
 
 if TYPE_CHECKING:
@@ -37,6 +36,8 @@ CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 TURN = np.cos(np.radians(3))  # cosine of the largest turn of a wall beside a changed face
+STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
+FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
 
 
@@ -101,17 +102,12 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
-    flat = set_flat(surface, at, beyond, given, is_cap)
+    flat = _set_flat(surface, at, beyond, given, is_cap)
     is_cap[flat] = True
     waiting = {}
     for number in set(leans) - set(flat):
         if (face := leaning(surface, at, beyond, number, near)) is None:
-            where = place(
-                surface, surface.vertices[surface.faces[region == number]].mean(axis=(0, 1))
-            )
-            raise NoBackgroundError(
-                f"a face leans, and has no two borders at constant heights, near {where}"
-            )
+            _refuse(surface, number)
         waiting[number] = face
     while waiting:
         # those at walls first, and the largest of them
@@ -130,6 +126,8 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
                 levels.append(found.levels)
                 fine.append(found.fine)
                 continue
+        if min(len(border.vertices) for border in face.borders) == 1:
+            _refuse(surface, number)
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
         if is_wall[number]:
@@ -146,6 +144,43 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     return Upright(part, on_cap, is_changed, is_over, np.concatenate(levels), np.concatenate(fine))
 
 
+def _set_flat(
+    surface: TriMesh, at: np.ndarray, beyond: np.ndarray, numbers: list[int], is_cap: np.ndarray
+) -> list[int]:
+    """Set the sloping faces among given ones flat, in place; their numbers.
+
+    A face is sloping if its slope is below 60 degrees everywhere. Sloping faces that meet become
+    one plane: at the height of a cap on the same side that they meet, or else at their mean height.
+
+    is_cap : (R,) whether each face is perpendicular to the axis
+    """
+    vectors = triangle_vectors(at[surface.faces])
+    area, up = np.linalg.norm(vectors, axis=1), vectors[:, 2]
+    sign = np.sign(np.bincount(surface.region, up, len(is_cap))).astype(np.int64)
+    is_steep = sign[surface.region] * up < STEEP * area
+    steep = np.bincount(surface.region, area * is_steep, len(is_cap))
+    total = np.bincount(surface.region, area, len(is_cap))
+    is_sloping = np.isin(np.arange(len(is_cap)), numbers) & (steep < FEW * total)
+    own, ends = np.repeat(surface.region, 3), half_edges(surface.faces)
+    is_same = sign[own] == sign[beyond]
+    joins = is_same & is_sloping[own] & is_sloping[beyond]
+    group = connected(own[joins], beyond[joins], len(is_cap))
+    for one in np.unique(group[is_sloping]):
+        faces = group[surface.region] == one
+        fixed = at[ends[is_same & (group[own] == one) & is_cap[beyond]], 2]
+        mean = np.average(at[surface.faces[faces], 2].mean(axis=1), weights=area[faces])
+        at[surface.faces[faces], 2] = fixed.mean() if len(fixed) else mean
+    return np.flatnonzero(is_sloping).tolist()
+
+
+def _refuse(surface: TriMesh, number: int) -> NoReturn:
+    own = surface.region == number
+    where = place(surface, surface.vertices[surface.faces[own]].mean(axis=(0, 1)))
+    raise NoBackgroundError(
+        f"a face leans, and has no two borders at constant heights, near {where}"
+    )
+
+
 def _set(
     at: np.ndarray, before: np.ndarray, face: Leaning, is_wall: np.ndarray, is_cap: np.ndarray
 ) -> bool:
@@ -155,17 +190,17 @@ def _set(
     """
     used, borders = np.unique(face.faces), face.borders
     heights = [at[border.vertices, 2].mean() for border in borders]
-    lengths = [arc_of(before[border.vertices, :2])[-1] for border in borders]
+    size = [lengths(before[border.vertices, :2])[-1] for border in borders]
     at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
     if len(borders) == 1 or all(at_wall):
-        at[used, 2] = heights[int(np.argmax(lengths))]
+        at[used, 2] = heights[int(np.argmax(size))]
         return False
     base = at_wall.index(True) if any(at_wall) else 0
     top, foot = borders[1 - base], over(at, before, face, base)
     run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
     most = (heights[1] - heights[0]) / SHALLOW
     if is_loop(top.vertices):
-        most = min(most, WIDE * lengths[base] / (2 * np.pi))
+        most = min(most, WIDE * size[base] / (2 * np.pi))
     if run > most and at_wall[base] and is_cap[top.beyond].all():
         at[used, 2] = heights[1 - base]
         return False

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.cells import Cells
 from polycube.hexmesh.settings import edges_around
+from polycube.surface.arc_length import lengths
 
 CORNER = np.radians(20)  # turn of a polyline that separates two curves
 EVEN = 2.0  # largest ratio of curvatures of an arc, computed from a polyline
@@ -38,7 +39,7 @@ class Curve:
     @property
     def arc(self) -> np.ndarray:
         """(N + 1,) length up to each point."""
-        return np.append(0, np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1)))
+        return lengths(self.points)
 
     @property
     def is_round(self) -> bool:

@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from polycube.surface.arc_length import lengths
 from polycube.surface.curves.features import Crease, Features
 from polycube.surface.filtered_normals import between_planes, broad_turns
 from polycube.surface.measures import connected, half_edges, twins
@@ -172,7 +173,7 @@ def _ends(sides: np.ndarray, chain: list[int]) -> tuple[int, ...]:
 def _between_kinks(points: np.ndarray, sides: np.ndarray, chain: list[int]) -> list[list[int]]:
     """Cut a chain at its kinks."""
     path = points[vertices_of(sides, chain)]
-    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    arc = lengths(path)
     is_loop = len(_ends(sides, chain)) == 0
     turn = _turns(path, arc, is_loop)
     kinks: list[int] = []
@@ -220,7 +221,7 @@ def _crease(
     number: dict[int, int],
 ) -> Crease:
     path = points[vertices_of(sides, chain)]
-    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    arc = lengths(path)
     ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
     edge = np.array(chain) // 2
     adjacent = faces[edge[0]].tolist()

@@ -11,6 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
+from polycube.surface.arc_length import lengths
 from polycube.surface.curves.features import Crease, Features
 
 OFF = 0.002  # of the diagonal: largest distance of the common path from both curves
@@ -124,5 +125,5 @@ def _chain(
     points: np.ndarray, inside: np.ndarray, ends: tuple[int, int], faces: tuple[int, int]
 ) -> Crease:
     """A curve through points (N, 3) with the inside angles (N - 1,) of its edges."""
-    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    arc = lengths(points)
     return Crease(points, arc, inside, ends, faces)
