@@ -157,14 +157,15 @@ def test_a_concave_rounding_is_set_upright_as_a_whole():
     assert not part.is_cap[part.is_changed].any()
 
 
-def test_a_block_with_rounded_edges_and_corners_is_swept(tmp_path):
+@pytest.mark.parametrize("name", ["rounded_box", "pocket"])
+def test_blocks_with_rounded_corners_are_swept(name, tmp_path):
     """A corner of three roundings has a border, and a tip on the opposite plane."""
-    surface, _ = read_surface(write("rounded_box", tmp_path))
+    surface, _ = read_surface(write(name, tmp_path))
     mesh = hexes_of(surface)
     check_conforming(mesh)
     assert len(mesh.hexes) < 3500
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1e-2)
-    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.2  # before the fit
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.1  # before the fit
     assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
 
 

@@ -114,9 +114,9 @@ class SquaredOff(NamedTuple):
 
 
 def squared_off(
-    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float
+    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float, any_sign: bool
 ) -> SquaredOff | None:
-    """Make the convex rounding of an edge between a wall and a cap square, in place.
+    """Make the rounding of an edge between a wall and a cap square, in place.
 
     Then four hexes meet at each of its borders, where the part is smooth.
 
@@ -125,6 +125,7 @@ def squared_off(
     at, before : (V, 3) vertices in the frame, now and before any face was set
     base : number of its border at the wall
     chord : largest distance of an edge from the rounding
+    any_sign : whether the rounding may be concave
 
     Returns
     -------
@@ -142,7 +143,7 @@ def squared_off(
     faces = faces.reshape(-1, 3)
     outer, inner = (over(before, before, face, end)[used] for end in (base, 1 - base))
     out = outer - before[used, :2]
-    if (vectors[:, :2] * out[faces].mean(axis=1)).sum() < 0:
+    if not any_sign and (vectors[:, :2] * out[faces].mean(axis=1)).sum() < 0:
         return None
     low, high = before[foot, 2].mean(), before[top, 2].mean()
     rise = (before[used, 2] - low) / (high - low)

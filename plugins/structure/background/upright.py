@@ -109,6 +109,8 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
         if (face := leaning(surface, at, beyond, number, near)) is None:
             _refuse(surface, number)
         waiting[number] = face
+    # a concave rounding has better hexes as a whole, but such a corner meets halves only
+    has_tip = any(len(b.vertices) == 1 for face in waiting.values() for b in face.borders)
     while waiting:
         # those at walls first, and the largest of them
         number = max(
@@ -118,7 +120,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
         face = waiting.pop(number)
         ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
         if sorted(ends) == [(False, True), (True, False)]:
-            found = squared_off(at, before, face, ends.index((True, False)), sizes.chord)
+            found = squared_off(at, before, face, ends.index((True, False)), sizes.chord, has_tip)
             if found is not None:
                 region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
                 is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
