@@ -29,10 +29,7 @@ logger = logging.getLogger(__name__)
 
 
 def infer(
-    cfg: Json,
-    level: int | None = None,
-    is_alone: bool = False,
-    placed: solids.Placed | None = None,
+    cfg: Json, level: int | None = None, is_alone: bool = False, placed: solids.Placed | None = None
 ) -> Json:
     """Do the whole run and write its folder.
 
@@ -155,10 +152,7 @@ def _silently(cfg: Json, placed: solids.Placed | None = None) -> tuple[int, str]
 
 
 def _attempt(
-    cfg: Json,
-    level: int | None = None,
-    is_alone: bool = False,
-    placed: solids.Placed | None = None,
+    cfg: Json, level: int | None = None, is_alone: bool = False, placed: solids.Placed | None = None
 ) -> tuple[int, str]:
     """Exit code, and if it is not 0, a sentence with the reason."""
     try:

@@ -105,13 +105,7 @@ def test_faces_that_cannot_be_walls_become_planes(surface, heights):
 
 @pytest.mark.parametrize(
     ("surface", "least"),
-    [
-        (COUNTERSUNK, 0.4),
-        (SCREW_HOLE, 0.3),
-        (SHOULDER, 0.3),
-        (ROOF, 0.5),
-        (FILLETED, 0.3),
-    ],
+    [(COUNTERSUNK, 0.4), (SCREW_HOLE, 0.3), (SHOULDER, 0.3), (ROOF, 0.5), (FILLETED, 0.3)],
     ids=["countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
 )
 def test_hexes_fill_the_part_and_have_all_its_curves(surface, least):
