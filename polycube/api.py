@@ -12,7 +12,6 @@ from threading import Event
 
 import numpy as np
 
-from polycube.analysis.problem import Problem
 from polycube.config import SHORT, compose, quote
 from polycube.errors import InputError, MeshingError
 from polycube.io.access.lock import locked
@@ -142,7 +141,19 @@ def execute(
         report = summarize(state, run.clock.seconds, run.clock.effort, settings.composed)
         if folder is not None:
             write_results(folder, state, report, exports, settings)
-    return _result(state, report, problem, settings)
+    return Result(
+        state.surface,
+        state.polycube,
+        state.hexes,
+        state.spline,
+        state.solution,
+        report,
+        state.failure,
+        state.verdict.warnings if state.verdict else (),
+        state.interrupted,
+        problem,
+        settings.composed,
+    )
 
 
 def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
@@ -182,24 +193,6 @@ def citation(result: Result | str | Path) -> str:
     if isinstance(result, Result):
         return bibtex(result.report, result.config)
     return bibtex(*(read_json(Path(result) / name) for name in ("report.json", "config.json")))
-
-
-def _result(
-    state: RunState, report: Mapping[str, object], problem: Problem | None, settings: Settings
-) -> Result:
-    return Result(
-        state.surface,
-        state.polycube,
-        state.hexes,
-        state.spline,
-        state.solution,
-        report,
-        state.failure,
-        state.verdict.warnings if state.verdict else (),
-        state.interrupted,
-        problem,
-        settings.composed,
-    )
 
 
 def _input(source: object) -> tuple[str, Read | None]:

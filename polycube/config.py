@@ -3,16 +3,17 @@
 The dataclass of a plugin is its schema; `conf/` has no file for it. A YAML file combines plugins,
 as `conf/meshing/morph.yaml` does, or selects values.
 
-`loader` needs two private classes of Hydra, because the public functions `initialize` and `compose`
-replace the global state of a Hydra program that runs in the same process.
+Private classes of Hydra are needed, because its public functions and its store of configurations
+are the global state of a Hydra program that runs in the same process.
 """
 
 import json
 import re
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import Field, asdict, is_dataclass
+from dataclasses import asdict, is_dataclass
 from difflib import get_close_matches
+from functools import cache
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,12 +21,13 @@ from typing import Any
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_search_path_impl import ConfigSearchPathImpl
+from hydra._internal.core_plugins.structured_config_source import StructuredConfigSource
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.config_search_path import ConfigSearchPath
-from hydra.core.object_type import ObjectType
+from hydra.core.config_store import ConfigStore
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
-from hydra.plugins.config_source import ConfigResult, ConfigSource
+from hydra.plugins.config_source import ConfigSource
 from hydra.types import RunMode
 from omegaconf import Container, DictConfig, OmegaConf, open_dict
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
@@ -119,72 +121,49 @@ def add_sources(search_path: ConfigSearchPath) -> None:
         search_path.append(f"polycube:{entry.name}", f"{PluginSource.scheme()}://{package}")
 
 
-class PluginSource(ConfigSource):
+class PluginSource(StructuredConfigSource):
     """The options of the plugin classes of one package, as if each had a YAML file.
 
-    Unlike the ConfigStore of Hydra, it adds nothing to other programs in the process.
+    They are in a store of their own, because other programs in the process see that of Hydra.
     """
 
     def __init__(self, provider: str, path: str) -> None:
-        super().__init__(provider, path)
-        known = {**SHARED, **classes()}
-        self.nodes = {
-            f"{kind}/{name}": (kind, name, cls)
-            for (kind, name), cls in known.items()
-            if cls.__module__.partition(".")[0] == self.path
-        }
+        ConfigSource.__init__(self, provider, path)
+        self.store = _stored(self.path)
 
     @staticmethod
     def scheme() -> str:
         """Scheme of the addresses of this source."""
         return "polycube"
 
-    def available(self) -> bool:
-        """Always True."""
-        return True
 
-    def is_group(self, config_path: str) -> bool:
-        """Whether there is something below the path."""
-        return any(node.startswith(f"{config_path}/".lstrip("/")) for node in self.nodes)
-
-    def is_config(self, config_path: str) -> bool:
-        """Whether a plugin has this path."""
-        return config_path.removesuffix(".yaml") in self.nodes
-
-    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
-        """Names directly below a path."""
-        group = f"{config_path}/".lstrip("/")
-        below = {n.removeprefix(group).partition("/")[0] for n in self.nodes if n.startswith(group)}
-        if results_filter is ObjectType.GROUP:
-            below = {name for name in below if self.is_group(group + name)}
-        elif results_filter is ObjectType.CONFIG:
-            below = {name for name in below if self.is_config(group + name)}
-        return sorted(below)
-
-    def load_config(self, config_path: str) -> ConfigResult:
-        """The default options of a plugin."""
-        kind, name, cls = self.nodes[config_path.removesuffix(".yaml")]
-        values: dict[str, object] = {} if (kind, name) in SHARED else {"plugin": name}
-        choices = []
-        for option in options(kind, cls).values():
-            if "choice" in option.metadata:
-                group, chosen = option.metadata["choice"]
-                choices.append({f"/{group}@{option.name}": chosen})
-            else:
-                values[option.name] = _value(option)
-        config = OmegaConf.create({"defaults": [*choices, "_self_"], **values})
-        header = {"package": f"{kind}.{name}" if kind in SEVERAL else None}
-        return ConfigResult(self.provider, self.full_path(), config, header)
+@cache
+def _stored(package: str) -> ConfigStore:
+    """The default options of the plugins of a package."""
+    store = type.__call__(ConfigStore)  # a new one, not the singleton
+    for (kind, name), cls in {**SHARED, **classes()}.items():
+        if cls.__module__.partition(".")[0] == package:
+            place = f"{kind}.{name}" if kind in SEVERAL else None
+            store.store(name, _defaults(kind, name, cls), kind, place)
+    return store
 
 
-def _value(option: Field) -> object:
-    """Default of an option as a YAML value."""
-    value = default(option)
-    if is_dataclass(value) and not isinstance(value, type):
-        value = asdict(value)
-    if "setting" in option.metadata:
-        return f"${{oc.select:{option.metadata['setting']},{json.dumps(value)}}}"
-    return list(value) if isinstance(value, tuple) else value
+def _defaults(kind: str, name: str, cls: type) -> dict[str, object]:
+    """The default options of a plugin as YAML values."""
+    values: dict[str, object] = {} if (kind, name) in SHARED else {"plugin": name}
+    choices = []
+    for option in options(kind, cls).values():
+        value = default(option)
+        if is_dataclass(value) and not isinstance(value, type):
+            value = asdict(value)
+        if "choice" in option.metadata:
+            group, chosen = option.metadata["choice"]
+            choices.append({f"/{group}@{option.name}": chosen})
+        elif "setting" in option.metadata:
+            values[option.name] = f"${{oc.select:{option.metadata['setting']},{json.dumps(value)}}}"
+        else:
+            values[option.name] = list(value) if isinstance(value, tuple) else value
+    return {"defaults": [*choices, "_self_"], **values}
 
 
 def refusal(error: Exception) -> InputError:

@@ -53,10 +53,7 @@ class Gmsh(WithNodes, TextFormat):
         comment = f"$Comments\n{legend(hexes).replace('$', 'S')}$EndComments\n"
         is_simple = str(self.version) == VERSIONS[0]
         parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
-        return [
-            f"$MeshFormat\n{self.version} 0 8\n$EndMeshFormat\n{comment}",
-            *parts,
-        ]
+        return [f"$MeshFormat\n{self.version} 0 8\n$EndMeshFormat\n{comment}", *parts]
 
 
 def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:

@@ -111,10 +111,7 @@ class Given(SliceOptions, Structure):
 
 
 def boxed(
-    polycube: Polycube,
-    view: View,
-    turns: Iterable[np.ndarray],
-    frame: int,
+    polycube: Polycube, view: View, turns: Iterable[np.ndarray], frame: int
 ) -> list[Candidate]:
     """The polycube on the part in each rotation (3, 3) from the view to its axes.
 

@@ -153,10 +153,7 @@ def _preconditioner(
 
 
 def solvers(
-    stiffness: Symmetric,
-    constraints: Constraints,
-    points: np.ndarray,
-    near: Preconditioner | None,
+    stiffness: Symmetric, constraints: Constraints, points: np.ndarray, near: Preconditioner | None
 ) -> tuple[Operator, Operator]:
     """The solver for forces (free,), and an approximate solver at the cost of one iteration.
 

@@ -7,11 +7,11 @@ An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, see
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from typing import TYPE_CHECKING
 
 from polycube.analysis.problem import Prescribed
 from polycube.types import Json, Spline
+from polycube.types.checks import is_number
 
 if TYPE_CHECKING:
     from polycube.analysis.constraints import Support
@@ -49,8 +49,3 @@ def split(item: object) -> tuple[object, Json]:
     if not isinstance(item, Mapping) or place is item:
         return item, {}
     return place, {key: value for key, value in item.items() if key != "at"}
-
-
-def is_number(value: object) -> bool:
-    """Whether the value is a number and not a boolean."""
-    return isinstance(value, Real) and not isinstance(value, bool)

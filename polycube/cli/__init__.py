@@ -3,12 +3,10 @@
 import atexit
 import gc
 import os
-import sys
 from functools import partial
 from importlib import import_module
 
 from polycube.cli.terminal import ending_with_reader
-from polycube.errors import InputError
 
 # The OpenBLAS in the wheels of numpy and scipy reads this when it is loaded.  Its threads wait for
 # each other in busy loops: on two busy cores, the fit of a spline took four times as long with two
@@ -31,16 +29,11 @@ def _run(name: str) -> None:
     gc.disable()
     atexit.register(gc.freeze)
     from polycube.cli import help
-    from polycube.cli.command import refused
+    from polycube.cli.command import refusing
 
-    with ending_with_reader():
-        if not help.is_requested():
+    with ending_with_reader(), refusing():
+        if not help.shown(name):
             import_module(f"polycube.cli.{name}").main()
-            return
-        try:
-            help.show(name)
-        except InputError as error:
-            sys.exit(refused(error))
 
 
 train_command = partial(_run, "train")  # `polycube-train`, `python train.py`

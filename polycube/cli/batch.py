@@ -27,7 +27,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
 from polycube.cli import cluster
-from polycube.cli.command import begin_sweep, refused
+from polycube.cli.command import begin_sweep, refusing
 from polycube.cli.signals import INTERRUPTED
 from polycube.config import quote
 from polycube.errors import InputError, printable
@@ -212,10 +212,8 @@ class Summary(Callback):
 
     def on_multirun_start(self, config: DictConfig, **_: object) -> None:
         """Refuse a folder in which a file of the user would be overwritten."""
-        try:
+        with refusing():  # Hydra catches all exceptions of a callback
             cluster.check(config.dask, config.hydra.launcher._target_)
-        except InputError as error:
-            sys.exit(refused(error))  # Hydra catches all exceptions of a callback
         begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:

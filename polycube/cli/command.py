@@ -7,8 +7,8 @@ import gc
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import wraps
 from os.path import isdir, isfile, lexists  # unlike those of Path, they accept long names
 from pathlib import Path
@@ -67,10 +67,8 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
             sys.exit(refused(error))  # here, because Hydra would print a line of its own
         return result.get("error") if isinstance(result, dict) else result
 
-    try:
+    with refusing():
         run_hydra(config_name, task)
-    except InputError as error:
-        sys.exit(refused(error))
 
 
 def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
@@ -112,13 +110,20 @@ def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
     names : files that will be written to the folder
     """
     folder = Path(config.hydra.sweep.dir)
-    try:
+    with refusing():  # Hydra catches all exceptions of a callback
         _locks.enter_context(locked(folder))
         manifest.check(folder, names)
         with manifest.writing(folder) as scratch:
             OmegaConf.save(config, scratch / "multirun.yaml")
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Print an InputError of the block in one line, and end the process with exit code 2."""
+    try:
+        yield
     except InputError as error:
-        sys.exit(refused(error))  # not an exception, because Hydra catches those of callbacks
+        sys.exit(refused(error))
 
 
 def refused(error: Exception) -> int:
@@ -176,27 +181,20 @@ def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
 
 def in_full(arguments: list[str]) -> list[str]:
     """All arguments, with the full names of options for short ones such as `size=3`."""
-    found = []
-    for argument in arguments:
-        name, sign, value = argument.partition("=")
-        found.append(f"{SHORT.get(name, name)}={value}" if sign else argument)
-    return found
+    parts = (argument.partition("=") for argument in arguments)
+    return [(SHORT.get(name, name) if sign else name) + sign + value for name, sign, value in parts]
 
 
 def quoted(arguments: list[str]) -> list[str]:
     """The arguments, with quotes around paths that Hydra cannot read literally, as with # or ${."""
-    return [
-        _quoted(argument) if argument.partition("=")[0] in PATHS else argument
-        for argument in arguments
-    ]
-
-
-def _quoted(argument: str) -> str:
-    name, _, path = argument.partition("=")
-    if "${" in path and lexists(path):
-        return f"{name}={quote(path)}"
-    try:
-        OverridesParser.create().parse_overrides([argument])
-    except HydraException:
-        return f"{name}={quote(path)}"
-    return argument
+    found = []
+    for argument in arguments:
+        name, _, path = argument.partition("=")
+        is_read = name not in PATHS or not ("${" in path and lexists(path))
+        if is_read and name in PATHS:
+            try:
+                OverridesParser.create().parse_overrides([argument])
+            except HydraException:
+                is_read = False
+        found.append(argument if is_read else f"{name}={quote(path)}")
+    return found

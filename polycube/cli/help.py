@@ -27,20 +27,16 @@ from polycube.registry import classes, default, options
 
 REFUSED = {("train", "grid", "auto")}  # choices of other programs: a training needs one grid
 WIDTH = 100  # width of a line in the terminal
-MORE = """All options of a choice: --help GROUP=OPTION.  All values: --cfg job.
-"""
+MORE = "All options of a choice: --help GROUP=OPTION.  All values: --cfg job."
 PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 
 
-def is_requested() -> bool:
-    """Whether the command line requests help."""
-    return bool(split(sys.argv[1:])[0].help)
-
-
-def show(config_name: str) -> None:
-    """Print the help of a program, or that of the choices on the command line."""
-    overrides = split(sys.argv[1:])[0].overrides
-    blocks = list(of_choices(config_name, overrides)) if overrides else []
+def shown(config_name: str) -> bool:
+    """Print the help of a program, or of the choices on the command line, if it is requested."""
+    given = split(sys.argv[1:])[0]
+    if not given.help:
+        return False
+    blocks = list(of_choices(config_name, given.overrides)) if given.overrides else []
     if not blocks:
         texts = _file(config_name).hydra.help
         blocks = [
@@ -50,6 +46,7 @@ def show(config_name: str) -> None:
             f"{texts.footer}{MORE}",
         ]
     sys.stdout.write("\n\n".join(block.strip() for block in blocks) + "\n")
+    return True
 
 
 def choices(config_name: str) -> str:

@@ -17,7 +17,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from polycube.cli import cluster
 from polycube.cli.batch import begin_job, expanded, part_name
-from polycube.cli.command import in_full, refused, run_hydra, with_input
+from polycube.cli.command import in_full, refused, refusing, run_hydra, with_input
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.solids import run as solids
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
@@ -29,10 +29,7 @@ logger = logging.getLogger(__name__)
 
 
 def infer(
-    cfg: Json,
-    level: int | None = None,
-    is_alone: bool = False,
-    placed: solids.Placed | None = None,
+    cfg: Json, level: int | None = None, is_alone: bool = False, placed: solids.Placed | None = None
 ) -> Json:
     """Do the whole run and write its folder.
 
@@ -119,11 +116,9 @@ def main() -> None:
         if codes[-1] == INTERRUPTED:
             sys.exit(INTERRUPTED)
 
-    try:
+    with refusing():
         sys.argv[1:] = expanded(with_input(in_full(sys.argv[1:])))
         run_hydra("infer", task)
-    except InputError as error:
-        sys.exit(refused(error))
     sys.exit(max(codes, default=0))
 
 
@@ -157,10 +152,7 @@ def _silently(cfg: Json, placed: solids.Placed | None = None) -> tuple[int, str]
 
 
 def _attempt(
-    cfg: Json,
-    level: int | None = None,
-    is_alone: bool = False,
-    placed: solids.Placed | None = None,
+    cfg: Json, level: int | None = None, is_alone: bool = False, placed: solids.Placed | None = None
 ) -> tuple[int, str]:
     """Exit code, and if it is not 0, a sentence with the reason."""
     try:
@@ -184,8 +176,7 @@ def _attempt(
         state = "the best mesh so far is saved" if report["valid"] else "there is no valid mesh yet"
         return INTERRUPTED, f"interrupted; {state}"
     if not report["valid"]:
-        mark = "partly fitted" if report.get("partly_fitted") else "invalid"
-        return 3, f"{report['failure']}; the files are marked as {mark}"
+        return 3, f"{report['failure']}; the files are marked as {_fault(report)}"
     return 0, ""
 
 
@@ -201,7 +192,7 @@ def _log_results(report: Json, folder: Path, cfg: Json) -> None:
         logger.info(
             "%s hex mesh: %d hexes, smallest scaled Jacobian %.3f (mean %.3f), "
             "distance at most %.2f %% of the diagonal%s",
-            valid if report["valid"] else _not_valid(report),
+            valid if report["valid"] else _fault(report).upper(),
             numbers["hexes"],
             numbers["min_scaled_jacobian"],
             numbers["mean_scaled_jacobian"],
@@ -234,8 +225,8 @@ def _fewer(counts: Json) -> Iterator[str]:
             yield f"{sentence % (number, counts[places])}; they are listed in the report"
 
 
-def _not_valid(report: Json) -> str:
-    return "PARTLY FITTED" if report.get("partly_fitted") else "INVALID"
+def _fault(report: Json) -> str:
+    return "partly fitted" if report.get("partly_fitted") else "invalid"
 
 
 def _folder(cfg: Json) -> Path:

@@ -6,7 +6,7 @@ from argparse import ArgumentParser
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from polycube.cli.command import refused
+from polycube.cli.command import refusing
 from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.report.page.views.comparison import PAGE, comparison_page
@@ -26,10 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--no-browser", action="store_true", help="do not open the page")
     given = parser.parse_args(arguments)
-    try:
+    with refusing():
         page = write_view(given.folder, given.output)
-    except InputError as error:
-        sys.exit(refused(error))
     sys.stdout.write(f"{page}\n")
     if not given.no_browser:
         webbrowser.open(page.resolve().as_uri())

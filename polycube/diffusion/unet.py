@@ -86,9 +86,7 @@ class UNet(nn.Module):
         self.down2 = Down(width, 2 * width)
         self.summary = nn.Sequential(nn.AdaptiveAvgPool2d(1), nn.GELU())
         self.up0 = nn.Sequential(
-            nn.ConvTranspose2d(2 * width, 2 * width, bottom),
-            nn.GroupNorm(8, 2 * width),
-            nn.ReLU(),
+            nn.ConvTranspose2d(2 * width, 2 * width, bottom), nn.GroupNorm(8, 2 * width), nn.ReLU()
         )
         self.time1, self.time2 = Embedding(1, 2 * width), Embedding(1, width)
         self.context1 = Embedding(context_length, 2 * width)

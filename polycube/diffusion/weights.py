@@ -81,10 +81,7 @@ def make_denoiser(config: Recipe, build: Build) -> Denoiser:
 
 
 def save_denoiser(
-    denoiser: Denoiser,
-    config: Recipe,
-    metrics: Mapping[str, float],
-    folder: Path,
+    denoiser: Denoiser, config: Recipe, metrics: Mapping[str, float], folder: Path
 ) -> Path:
     """Write the three files, single precision as half; returns the safetensors file."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -28,10 +28,7 @@ _FACES_OF_EDGE = np.array([[f for f in range(6) if np.isin(e, FACES[f]).all()] f
 
 
 def without_flat_corners(
-    mesh: HexMesh,
-    target: Target,
-    anywhere: bool = False,
-    keep_paths: bool = False,
+    mesh: HexMesh, target: Target, anywhere: bool = False, keep_paths: bool = False
 ) -> HexMesh:
     """The mesh with sheets of hexes under faces with flat corners; unchanged if there are none.
 
@@ -76,11 +73,7 @@ def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:
 
 
 def _sets(
-    problem: FitProblem,
-    placed: np.ndarray,
-    matching: Matching,
-    anywhere: bool,
-    may_cross: bool,
+    problem: FitProblem, placed: np.ndarray, matching: Matching, anywhere: bool, may_cross: bool
 ) -> list[np.ndarray]:
     """Hexes (H,) to shrink: under each face with a flat corner, except those at its other corners.
 

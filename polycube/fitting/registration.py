@@ -145,11 +145,7 @@ def cascade(
 
 
 def registered_map(
-    polycube: Polycube,
-    rough_map: RoughMap,
-    target: Target,
-    parts: PerAxis,
-    features: bool = False,
+    polycube: Polycube, rough_map: RoughMap, target: Target, parts: PerAxis, features: bool = False
 ) -> RoughMap:
     """Rough map after a registration of hexes with the given parts per interval."""
     start = mesh(polycube, rough_map, parts)

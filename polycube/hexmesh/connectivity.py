@@ -34,8 +34,7 @@ FACES = np.array(
 )
 # four edges each along xi, eta and zeta, in ascending direction
 EDGES = np.reshape(
-    [0, 1, 3, 2, 4, 5, 7, 6, 0, 3, 1, 2, 4, 7, 5, 6, 0, 4, 1, 5, 2, 6, 3, 7],
-    (12, 2),
+    [0, 1, 3, 2, 4, 5, 7, 6, 0, 3, 1, 2, 4, 7, 5, 6, 0, 4, 1, 5, 2, 6, 3, 7], (12, 2)
 )
 _GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
 # the corners whose mean is each of the 27 points; the same point may have several numbers

@@ -146,11 +146,7 @@ def _publish(scratch: Path, folder: Path, remedy: str) -> None:
 
 
 def _check_names(
-    folder: Path,
-    names: Iterable[str],
-    entries: Entries,
-    inputs: Collection[Path],
-    remedy: str,
+    folder: Path, names: Iterable[str], entries: Entries, inputs: Collection[Path], remedy: str
 ) -> None:
     read = _resolved(inputs)
     for name in names:

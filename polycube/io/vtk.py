@@ -34,10 +34,7 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def write_hex_vtu(
-    path: Path,
-    hexes: HexMesh,
-    context: Sequence[str | None] = (),
-    point_data: Arrays | None = None,
+    path: Path, hexes: HexMesh, context: Sequence[str | None] = (), point_data: Arrays | None = None
 ) -> Path:
     """Write the hex mesh with its measures and sets, and the grid cell and primitive of each hex.
 

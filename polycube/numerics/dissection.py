@@ -50,11 +50,7 @@ def _equal_rows(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _cut(
-    graph: csr_matrix,
-    points: np.ndarray,
-    size: np.ndarray,
-    nodes: np.ndarray,
-    fronts: list[Front],
+    graph: csr_matrix, points: np.ndarray, size: np.ndarray, nodes: np.ndarray, fronts: list[Front]
 ) -> Iterator[tuple[np.ndarray, tuple[int, ...]]]:
     """Yield own nodes and children of the fronts of a part, the root last.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,11 @@ Bound = int | str | tuple[int | str, ...]  # a number, a field with that many ro
 DTYPES = {"int": np.int64, "bool": np.bool_, "float32": np.float32}
 PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
 PLAIN |= {"Mapping[str, str]": Mapping, "tuple[str, ...]": tuple}
+
+
+def is_number(value: object) -> bool:
+    """Whether the value is a number and not a boolean."""
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def freeze(obj: object, **specs: str) -> None:

@@ -49,8 +49,7 @@ def on_disk(tmp_path: Path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("size", "most"),
-    [("20k", 0), ("1100k", 10), ("1300k", 10), ("2000k", 20)],
+    ("size", "most"), [("20k", 0), ("1100k", 10), ("1300k", 10), ("2000k", 20)]
 )
 def test_a_run_on_a_disk_that_fills_up(size: str, most: int, on_disk, tmp_path: Path) -> None:
     code, errors, copied = on_disk(size, "infer.py", *INFER, f"output_dir={tmp_path}/disk/out")

@@ -35,10 +35,7 @@ def log_messages() -> None:
     [
         (QUIET, "warning: look"),
         (PLAIN, "meshing/smooth  1.2 s|warning: look"),
-        (
-            VERBOSE,
-            "meshing/smooth begins|a detail|meshing/smooth  1.2 s|best: 0.5|warning: look",
-        ),
+        (VERBOSE, "meshing/smooth begins|a detail|meshing/smooth  1.2 s|best: 0.5|warning: look"),
     ],
 )
 def test_a_line_per_stage_and_no_more(shown, words, tmp_path, monkeypatch) -> None:

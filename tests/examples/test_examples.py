@@ -11,16 +11,7 @@ from polycube.surface.checks import check_surface
 from polycube.surface.intersections import self_intersections
 from polycube.surface.measures import face_areas, genus
 
-GENUS = {
-    "dice": 0,
-    "ring": 1,
-    "rod": 1,
-    "lantern": 1,
-    "eight": 2,
-    "key": 1,
-    "barrel": 0,
-    "cup": 2,
-}
+GENUS = {"dice": 0, "ring": 1, "rod": 1, "lantern": 1, "eight": 2, "key": 1, "barrel": 0, "cup": 2}
 
 
 def test_every_example_is_tested():

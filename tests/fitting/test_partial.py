@@ -69,12 +69,7 @@ def test_arms_that_would_cross_each_other_stay_apart():
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    seed=st.integers(0, 10**6),
-    size=st.floats(0, 3),
-    share=st.floats(0, 1),
-    bent=st.booleans(),
-)
+@given(seed=st.integers(0, 10**6), size=st.floats(0, 3), share=st.floats(0, 1), bent=st.booleans())
 def test_random_positions_never_make_a_mesh_invalid(seed, size, share, bent):
     mesh = horseshoe() if bent else hex_box((3, 2, 4), (3.0, 2.0, 4.0))
     random = np.random.default_rng(seed)

@@ -21,10 +21,7 @@ def result(folder: Path, n_cores: int, order: str, structure: str) -> tuple[dict
     command += ["seed=3", f"order={order}", f"structure={structure}"]
     command += ["meshing.size=12%", "analysis.modes=8"]
     done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: os.sched_setaffinity(0, cores),
+        command, capture_output=True, text=True, preexec_fn=lambda: os.sched_setaffinity(0, cores)
     )
     assert done.returncode == 0, done.stderr
     report = json.loads((folder / "report.json").read_text())

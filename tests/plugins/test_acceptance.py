@@ -130,8 +130,7 @@ def test_fewer_hexes_are_better_beyond_a_number():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{"certify": "nowhere"}, {"least_jacobian": 2.0}, {"least_jacobian": -0.1}],
+    "options", [{"certify": "nowhere"}, {"least_jacobian": 2.0}, {"least_jacobian": -0.1}]
 )
 def test_options_are_checked(options):
     with pytest.raises(ValueError, match=next(iter(options))):

@@ -179,9 +179,7 @@ def test_requirements_of_a_structure(straight: Denoiser) -> None:
     check_plugin("structure", {"plugin": "drawn"})
 
 
-def test_labels_and_places_do_not_depend_on_the_random_orientations(
-    straight: Denoiser,
-) -> None:
+def test_labels_and_places_do_not_depend_on_the_random_orientations(straight: Denoiser) -> None:
     ell = prism(ELL)
     surface = TriMesh(ell.vertices / diagonal(ell), ell.faces)
     sampler = {"plugin": "ddim", "steps": 1}

@@ -192,11 +192,7 @@ def test_size_and_level_make_hexes_smaller():
 
 @pytest.mark.parametrize(
     ("full", "expected"),
-    [
-        ([[1, 1, 1]], [2, 1, 4]),
-        ([[1, 0, 0], [0, 1, 1]], [3, 1, 4]),
-        ([[0, 1, 0]], [2, 3, 4]),
-    ],
+    [([[1, 1, 1]], [2, 1, 4]), ([[1, 0, 0], [0, 1, 1]], [3, 1, 4]), ([[0, 1, 0]], [2, 3, 4])],
 )
 def test_layers_have_the_wanted_thickness_and_least_number_between_caps(full, expected):
     levels = np.array([0.0, 2.0, 2.5, 6.5])

@@ -5,15 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from polycube.search.moves import (
-    MOVES,
-    Cure,
-    FitPartly,
-    Given,
-    MeshStructure,
-    Propose,
-    possible,
-)
+from polycube.search.moves import MOVES, Cure, FitPartly, Given, MeshStructure, Propose, possible
 from polycube.stages import Stage
 from polycube.state import RunState
 from polycube.types import HexMesh, Tier, TriMesh

@@ -69,9 +69,7 @@ def _lantern() -> Field:
     """Lamp housing: open below, a flared roof, and an eye around the y axis at the top."""
     body = box((0, 0, -18), (17, 17, 24), 3)
     roof = intersection(
-        turned(Z, [(0, 26), (10, 21), (20, 12), (30, 6)]),
-        box((0, 0, 15), (23, 23, 12), 2),
-        blend=3,
+        turned(Z, [(0, 26), (10, 21), (20, 12), (30, 6)]), box((0, 0, 15), (23, 23, 12), 2), blend=3
     )
     eye = cylinder((0, 0, 32), Y, 10, 6, 2)
     return difference(

@@ -118,12 +118,7 @@ def _between(angles: np.ndarray) -> Iterator[float]:
 
 
 def _cut(
-    vertices: np.ndarray,
-    axis: Axis,
-    faces: np.ndarray,
-    at: np.ndarray,
-    start: float,
-    is_cap: bool,
+    vertices: np.ndarray, axis: Axis, faces: np.ndarray, at: np.ndarray, start: float, is_cap: bool
 ) -> np.ndarray:
     """(N, 2) points (z, r) of a face in the half-plane at an angle, along the longest chain.
 

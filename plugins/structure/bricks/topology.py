@@ -70,14 +70,7 @@ def _defect(solid: np.ndarray, genus: int, total: int, bad: int) -> int:
 
 
 @njit(cache=True)
-def _change(
-    solid: np.ndarray,
-    gain: np.ndarray,
-    areas: PerAxis,
-    i: int,
-    j: int,
-    k: int,
-) -> float:
+def _change(solid: np.ndarray, gain: np.ndarray, areas: PerAxis, i: int, j: int, k: int) -> float:
     """Change of the energy by flipping one brick; indices include the empty layer."""
     full = solid[i, j, k]
     x, y, z = i - 1, j - 1, k - 1
@@ -102,11 +95,7 @@ def _flip_run(solid: np.ndarray, codes: np.ndarray, run: np.ndarray, table: np.n
 
 @njit(cache=True)
 def _runs(
-    solid: np.ndarray,
-    codes: np.ndarray,
-    gain: np.ndarray,
-    areas: PerAxis,
-    table: np.ndarray,
+    solid: np.ndarray, codes: np.ndarray, gain: np.ndarray, areas: PerAxis, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Runs of equal bricks (N, 5): axis, start, length; and the changes by flipping each.
 
@@ -194,11 +183,7 @@ def _repair(
 
 
 def repaired(
-    full: np.ndarray,
-    gain: np.ndarray,
-    areas: PerAxis,
-    genus: int,
-    limit: float = np.inf,
+    full: np.ndarray, gain: np.ndarray, areas: PerAxis, genus: int, limit: float = np.inf
 ) -> np.ndarray | None:
     """Bricks flipped to one manifold solid of a genus at low energy; None if none is found.
 

@@ -68,10 +68,7 @@ class OnBricks(NamedTuple):
 
 
 def fitted(
-    knots: list[np.ndarray],
-    placed: TriMesh,
-    points: np.ndarray,
-    smoothness: float,
+    knots: list[np.ndarray], placed: TriMesh, points: np.ndarray, smoothness: float
 ) -> RoughMap:
     """Least-squares fit of the control positions with small second and mixed differences.
 

@@ -61,15 +61,9 @@ def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
         normal = int(charts.chart_label[chart]) // 2
         for axis in ((normal + 1) % 3, (normal + 2) % 3):
             other = 3 - normal - axis
-            group = np.where(
-                charts.group[axis][corner[own_edges, 0]]
-                == charts.group[axis][corner[own_edges, 1]],
-                charts.group[axis][corner[own_edges, 0]],
-                -1,
-            )
-            straight = charts.label[across[own_edges] // 3] // 2 == axis
-            straight |= charts.label[across[own_edges] // 3] // 2 == normal
-            group = np.where(straight, group, -1)
+            first, second = charts.group[axis][corner[own_edges]].T
+            straight = np.isin(charts.label[across[own_edges] // 3] // 2, [axis, normal])
+            group = np.where(straight & (first == second), first, -1)
             rows = _facing(ends[own_edges][:, :, [axis, other]], inward[own_edges, axis], group)
             result += [(axis, int(a), int(b), float(d)) for a, b, d in rows]
     return result

@@ -99,8 +99,7 @@ class Overlay(Structure):
             return correct
         (_, off), nearest = min(made, key=lambda each: each[0])
         logger.info(
-            "overlay: no lattice has the right topology; the genus differs by %d or more",
-            off,
+            "overlay: no lattice has the right topology; the genus differs by %d or more", off
         )
         return [replace(nearest, tier=Tier.LAST)]
 

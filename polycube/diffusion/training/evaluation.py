@@ -173,11 +173,7 @@ def threads() -> int:
 
 
 def _context_columns(
-    denoiser: Denoiser,
-    pairs: Pairs,
-    made: Sequence[Pair],
-    primitives: Primitives,
-    batch_size: int,
+    denoiser: Denoiser, pairs: Pairs, made: Sequence[Pair], primitives: Primitives, batch_size: int
 ) -> list[Columns]:
     """Rank of the correct shape among those of the classifier, for each pair."""
     turned = turned_contexts(pairs.contexts, pairs.grid, primitives)  # (C, 24, cells)

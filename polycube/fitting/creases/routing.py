@@ -178,12 +178,7 @@ def _between(field: Field, start: int, end: int, taken: np.ndarray) -> tuple[np.
 
 @njit(cache=True)
 def _shortest(
-    first: np.ndarray,
-    end: np.ndarray,
-    cost: np.ndarray,
-    taken: np.ndarray,
-    start: int,
-    goal: int,
+    first: np.ndarray, end: np.ndarray, cost: np.ndarray, taken: np.ndarray, start: int, goal: int
 ) -> tuple[np.ndarray, float]:
     """Dijkstra's shortest path over free vertices (N,), and its cost."""
     least = np.full(len(taken), np.inf)

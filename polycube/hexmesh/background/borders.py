@@ -119,11 +119,7 @@ def _with_rings(
 
 
 def _between(
-    points: np.ndarray,
-    loops: list[np.ndarray],
-    sizes: Sizes,
-    size: float,
-    start: int,
+    points: np.ndarray, loops: list[np.ndarray], sizes: Sizes, size: float, start: int
 ) -> tuple[Cell, np.ndarray]:
     """An annulus in rings; its inner loop has the opposite direction."""
     outer, inner = loops[0], loops[1][::-1]

@@ -47,11 +47,7 @@ def gaps(polycube: Polycube, hexes: HexMesh, counts: Counts, goal: Target) -> Pe
 
 
 def finer(
-    polycube: Polycube,
-    counts: Counts,
-    measured: Counts,
-    gap: PerAxis,
-    wanted: float,
+    polycube: Polycube, counts: Counts, measured: Counts, gap: PerAxis, wanted: float
 ) -> Counts:
     """Counts that bring edges within `wanted` (diagonals) of the surface; the gap is of order h^2.
 

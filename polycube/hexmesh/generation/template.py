@@ -15,11 +15,7 @@ _AXIS_OF_FACE = np.array([1, 0, 3, 2, 5, 4])  # axis label of each local face of
 
 
 def counts(
-    polycube: Polycube,
-    rough_map: RoughMap,
-    size: float,
-    least: int = 2,
-    across: int = 4,
+    polycube: Polycube, rough_map: RoughMap, size: float, least: int = 2, across: int = 4
 ) -> PerAxis:
     """Number of parts of each lattice interval, per axis.
 

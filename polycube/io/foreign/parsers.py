@@ -67,10 +67,7 @@ def by_open3d(path: str) -> Arrays:
     except (ImportError, OSError) as error:
         return {"missing": np.array(str(error))}
     mesh = open3d.io.read_triangle_mesh(Path(path))
-    return {
-        "vertices": np.array(mesh.vertices),
-        "faces": np.array(mesh.triangles, dtype=np.int64),
-    }
+    return {"vertices": np.array(mesh.vertices), "faces": np.array(mesh.triangles, dtype=np.int64)}
 
 
 def by_trimesh(path: str) -> Arrays:

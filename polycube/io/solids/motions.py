@@ -150,11 +150,7 @@ def _frame(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _fitted(
-    first: Landmarks,
-    second: Landmarks,
-    rotation: np.ndarray,
-    places: cKDTree,
-    own: np.ndarray,
+    first: Landmarks, second: Landmarks, rotation: np.ndarray, places: cKDTree, own: np.ndarray
 ) -> Motion | None:
     """The motion of all landmarks close to a rotation about the centres; None if there is none.
 

@@ -65,10 +65,7 @@ def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
 
 
 def full(
-    mesh: HexMesh,
-    surface: TriMesh,
-    context: Sequence[str | None] = (),
-    goal: Goal | None = None,
+    mesh: HexMesh, surface: TriMesh, context: Sequence[str | None] = (), goal: Goal | None = None
 ) -> dict[str, object]:
     """The numbers of a hex mesh in `report.json`.
 

@@ -24,12 +24,7 @@ from polycube.state import RunState
 from polycube.types import Json
 
 
-def write_report(
-    folder: Path,
-    state: RunState,
-    report: Json,
-    drawing: bool = True,
-) -> Path:
+def write_report(folder: Path, state: RunState, report: Json, drawing: bool = True) -> Path:
     """Write `folder/report.html`, also for a run that ended early.
 
     Parameters

@@ -61,12 +61,8 @@ class Film:
 
     def draw(self, folder: Path, name: str) -> None:
         """Write an endless GIF on white with a fixed view."""
-        import pyvista
-
-        size = [2 * self.width, 2 * self.width * SIZE[1] // SIZE[0]]
-        plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+        plotter = stage(2 * self.width, 2 * self.width * SIZE[1] // SIZE[0])
         plotter.renderer.set_background("white")
-        light(plotter)
         layer = self.layer
         steps = np.sin(2 * np.pi * np.arange(self.frames) / self.frames).round(9)
         seen = {}
@@ -75,7 +71,7 @@ class Film:
             moved = layer.points + step * self.shift
             _add(plotter, replace(layer, points=moved, line_width=layer.line_width / 2))
             ends = [layer.points + way * self.shift for way in (-1, 1)]
-            _look(plotter, np.concatenate(ends))
+            look(plotter, np.concatenate(ends))
             seen[step] = shot(plotter)
         plotter.close()
         _save_film([seen[step] for step in steps], folder / f"{name}.gif", self.milliseconds)
@@ -113,13 +109,10 @@ def from_both_sides(scene: Scene) -> Scene:
 
 def render(scene: Scene, path: Path) -> None:
     """Write one picture with transparent background, cropped to its content."""
-    import pyvista
-
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
-    light(plotter)
+    plotter = stage(*SIZE)
     for layer in scene:
         _add(plotter, layer)
-    _look(plotter, np.concatenate([layer.points for layer in scene]))
+    look(plotter, np.concatenate([layer.points for layer in scene]))
     plotter.enable_anti_aliasing("ssaa")
     image = shot(plotter, transparent=True)
     plotter.close()
@@ -134,17 +127,22 @@ def shot(plotter: Plotter, transparent: bool = False) -> np.ndarray:
     return np.asarray(image)
 
 
-def light(plotter: Plotter) -> None:
-    """Add the lights of all pictures."""
+def stage(width: int, height: int) -> Plotter:
+    """An empty picture with the lights of all pictures; the size is in pixels."""
     import pyvista
 
+    plotter = pyvista.Plotter(off_screen=True, window_size=[width, height], lighting="none")
     for where, intensity in LIGHTS:
         light = pyvista.Light(position=where, light_type="camera light", intensity=intensity)
         plotter.add_light(light)
+    return plotter
 
 
-def _look(plotter: Plotter, points: np.ndarray) -> None:
-    """Parallel projection along `EYE` that contains all points."""
+def look(plotter: Plotter, points: np.ndarray, scale: float | None = None) -> None:
+    """Parallel projection along `EYE` to the middle of points.
+
+    scale : half the height of the picture; None: all points are seen
+    """
     seen = points @ view().T
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = (low + high) / 2 @ view()
@@ -152,7 +150,7 @@ def _look(plotter: Plotter, points: np.ndarray) -> None:
     plotter.renderer.enable_parallel_projection()
     plotter.camera_position = [middle + distance * view()[2], middle, (0, 0, 1)]
     width, height = (high - low)[:2]
-    plotter.camera.parallel_scale = 0.52 * max(height, width * SIZE[1] / SIZE[0])
+    plotter.camera.parallel_scale = scale or 0.52 * max(height, width * SIZE[1] / SIZE[0])
     plotter.renderer.ResetCameraClippingRange()
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.report.pictures.colours import EDGE, PLACES, SURFACE, ramp
-from polycube.report.pictures.render import counted, light, shot, view
+from polycube.report.pictures.render import counted, look, shot, stage, view
 from polycube.structure.lattice import boundary, edges
 from polycube.structure.projection import project
 from polycube.types import Polycube
@@ -66,14 +66,12 @@ class Camera:
         import pyvista
 
         lines, lines_face = _outline(trajectory.polycube)
-        seen = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)]) @ view().T
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        scale = (width - 2 * MARGIN) / (high - low)[0]  # pixels for a unit
-        height = int(scale * (high - low)[1]) + 2 * MARGIN
-        size = [SAMPLES * width, SAMPLES * height]
-        self.plotter = pyvista.Plotter(off_screen=True, window_size=size, lighting="none")
+        points = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)])
+        extent = np.ptp(points @ view().T, axis=0)
+        scale = (width - 2 * MARGIN) / extent[0]  # pixels for a unit
+        height = int(scale * extent[1]) + 2 * MARGIN
+        self.plotter = stage(SAMPLES * width, SAMPLES * height)
         self.plotter.renderer.set_background("white")
-        light(self.plotter)
         for ends, colour in ((lines[~lines_face], FAR), (lines[lines_face], EDGE)):
             if len(ends):
                 pairs = np.arange(2 * len(ends)).reshape(-1, 2)
@@ -91,12 +89,7 @@ class Camera:
             ambient=0.35,
             point_size=0.9 * SAMPLES * width / np.sqrt(len(trajectory.regular)),
         )
-        middle = (low + high) / 2 @ view()
-        away = 2 * np.linalg.norm(high - low) * view()[2]
-        self.plotter.renderer.enable_parallel_projection()
-        self.plotter.camera_position = [middle + away, middle, (0, 0, 1)]
-        self.plotter.camera.parallel_scale = height / scale / 2
-        self.plotter.renderer.ResetCameraClippingRange()
+        look(self.plotter, points, height / scale / 2)
 
     def __call__(self, points: np.ndarray) -> Picture:
         """Picture of points (N, 3) and the edges of the polycube."""

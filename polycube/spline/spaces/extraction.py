@@ -215,11 +215,7 @@ def _mean_rows(cells: Cells, ruled: np.ndarray, n_vertices: int) -> csr_matrix:
 
 @njit(cache=True, nogil=True)
 def _means(
-    nodes: np.ndarray,
-    corners: np.ndarray,
-    weights: np.ndarray,
-    ruled: np.ndarray,
-    n_vertices: int,
+    nodes: np.ndarray, corners: np.ndarray, weights: np.ndarray, ruled: np.ndarray, n_vertices: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Starts (B + 1,), columns and values of the rows of `_mean_rows`."""
     n_local, n_corners = weights.shape

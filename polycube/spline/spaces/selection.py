@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from numbers import Integral, Real
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.types import TriMesh
+from polycube.types.checks import is_number
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.hierarchy import Level, Space
@@ -63,7 +64,7 @@ class Refinement:
                 )
         for name, end in (("curvature", 180), ("indicator", 1)):
             value = getattr(self, name)
-            if not _is_number(value) or not 0 <= value <= end:
+            if not is_number(value) or not 0 <= value <= end:
                 raise ValueError(f"refine.{name} must lie in [0, {end}]; got {value!r}")
         for box in self.boxes:
             _check_box(box)
@@ -120,10 +121,6 @@ class Refinement:
         return np.flatnonzero(marks & level.inside)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
 def _is_integer(value: object, least: int) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
 
@@ -136,7 +133,7 @@ def _check_box(box: Mapping) -> None:
     corners, level = box["box"], box.get("level", 1)
     if not isinstance(corners, Sequence) or len(corners) != 6:
         raise ValueError(wanted)
-    if not all(map(_is_number, corners)) or not _is_integer(level, 1):
+    if not all(map(is_number, corners)) or not _is_integer(level, 1):
         raise ValueError(wanted)
     if not all(low < high for low, high in zip(corners[:3], corners[3:], strict=True)):
         raise ValueError(f"a box of refine.boxes must have its low corner first; got {box!r}")

@@ -96,11 +96,7 @@ def test_a_mesh_that_crosses_itself_in_many_places_is_not_cured(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("option", "message"),
-    [
-        ({"aim": 2}, "aim must be"),
-        ({"envelope": 0.01}, "envelope must be"),
-    ],
+    ("option", "message"), [({"aim": 2}, "aim must be"), ({"envelope": 0.01}, "envelope must be")]
 )
 def test_invalid_options_are_refused(option, message):
     with pytest.raises(ValueError, match=message):

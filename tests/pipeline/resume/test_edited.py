@@ -55,11 +55,7 @@ HOLES = np.where(np.arange(SPLINE.extraction.nnz) == 3, np.nan, SPLINE.extractio
         (STAGE, replace(MESH, unit=3), r"HexMesh\.unit must be of the type str"),
         (STAGE, replace(MESH, cad_face=0 * MESH.patch - 1), r"HexMesh\.cad_face must have numbers"),
         ("read", [replace(SURFACE, region_groups={"a": (-1,)}), "a", []], "region_groups"),
-        (
-            "read",
-            [replace(SURFACE, region_edges={"a": (1, 2)}), "a", []],
-            "rows of 2 numbers",
-        ),
+        ("read", [replace(SURFACE, region_edges={"a": (1, 2)}), "a", []], "rows of 2 numbers"),
         (STAGE, SPLINE, "no result of stage 'meshing/smooth'"),
         ("spline", edited(SPLINE, "nodes", (0, 0), 10**6), r"Spline\.nodes must have numbers"),
         ("spline", edited(SPLINE, "sides", (0, 1), 6), r"Spline\.sides must have numbers"),

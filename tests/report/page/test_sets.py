@@ -11,12 +11,7 @@ from polycube.hexmesh.named_sets import kind_of
 from polycube.report.numbers.sets import numbers
 from polycube.report.page.sets import sets
 from polycube.report.pictures.colours import AXIS_COLOURS, HOLES, SURFACE
-from polycube.report.pictures.features import (
-    both_sides,
-    memberships,
-    quad_colours,
-    set_colours,
-)
+from polycube.report.pictures.features import both_sides, memberships, quad_colours, set_colours
 from polycube.state import RunState
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.html import Outline

@@ -44,9 +44,7 @@ def test_polycubes_of_equal_size_lie_in_rows_and_do_not_touch() -> None:
     assert np.isclose(low[4, 0], low[0, 0]) and high[4, 1] < low[0, 1]  # below the first
 
 
-def test_a_section_of_columns_is_shown_instead_of_the_polycube(
-    monkeypatch,
-) -> None:
+def test_a_section_of_columns_is_shown_instead_of_the_polycube(monkeypatch) -> None:
     monkeypatch.setattr(pictures, "draw", dict)
     run = solid("cube")
     swept = [ranked(replace(run.candidate, blocks=run.hexes), "c")]

@@ -8,11 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.spline.spaces.hierarchy import (
-    hierarchical_spline,
-    remainder,
-    ring,
-)
+from polycube.spline.spaces.hierarchy import hierarchical_spline, remainder, ring
 from tests.fixtures.hierarchies import (
     MESHES,
     SPACES,
