@@ -14,7 +14,7 @@ from polycube.registry import build, choice, register, setting
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 PATIENCE = 40.0  # work without a gain, after a valid mesh, that doubles the price
 SMALL = 0.02  # gain that is none
-# work beyond which a search with a mesh makes small moves only, by effort
+# work beyond which a search with a valid mesh makes small moves only, by effort
 MOST = {"first": float("inf"), "normal": 100.0, "thorough": float("inf")}
 FEW = 2.0  # expected work of a small move
 
@@ -25,8 +25,8 @@ class BestGain(Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
     While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
-    the work since the last gain. With normal effort, no large move exceeds a total work that takes
-    about two minutes.
+    the work since the last gain, and with normal effort, no large move exceeds a total work that
+    takes about two minutes.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class BestGain(Policy):
         estimate = build("estimate", self.estimate)
         while history.shortfall > 0:
             rated = [(estimate(move, history), move) for move in possible()]
-            if history.leader is not None:
+            if history.leader is not None and history.leader.verdict.is_valid:
                 left = max(FEW, MOST[self.effort] - sum(row.work for row in history.table))
                 rated = [each for each in rated if each[0].work <= left]
             if not rated:
