@@ -106,11 +106,13 @@ class SquaredOff(NamedTuple):
     upper : (N,) whether each of its triangles is in the plane of the cap
     levels : (L,) heights that divide its part in the wall
     fine : (P, 3) places at its ends in the plane, and the length of edges there
+    is_split : whether two hexes are to meet at half its turn, too
     """
 
     upper: np.ndarray
     levels: np.ndarray
     fine: np.ndarray
+    is_split: bool
 
 
 def squared_off(
@@ -143,7 +145,8 @@ def squared_off(
     faces = faces.reshape(-1, 3)
     outer, inner = (over(before, before, face, end)[used] for end in (base, 1 - base))
     out = outer - before[used, :2]
-    if not any_sign and (vectors[:, :2] * out[faces].mean(axis=1)).sum() < 0:
+    is_convex = bool((vectors[:, :2] * out[faces].mean(axis=1)).sum() > 0)
+    if not (is_convex or any_sign):
         return None
     low, high = before[foot, 2].mean(), before[top, 2].mean()
     rise = (before[used, 2] - low) / (high - low)
@@ -157,12 +160,15 @@ def squared_off(
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
     parts = (len(between(profile, chord)) + 2) // 2
+    is_split = is_convex and parts > 1  # the column of hexes there is collapsed
+    parts += is_split
     in_plane = np.clip(2 * share - 1, 0, 1)
     at[used, :2] = outer + in_plane[:, None] * (inner - outer)
     at[used, 2] = low + np.clip(2 * share, 0, 1) * (high - low)
     middle = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
-    fine = np.column_stack([at[used[middle], :2], width[middle] / parts])
-    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine)
+    rows = parts + is_split  # an even number
+    fine = np.column_stack([at[used[middle], :2], width[middle] / rows])
+    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine, is_split)
 
 
 def over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.ndarray:

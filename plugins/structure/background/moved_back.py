@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.collapse import collapsed
 from polycube.hexmesh.connectivity import edges, genus, quad_edges
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -19,6 +20,9 @@ from .upright import Upright
 INVERTED = 0.02  # largest share of inverted hexes, which the fit can still unfold
 FILLED = 0.05  # largest relative difference of the volumes
 ON = 1e-3  # of the diagonal: distance within which a vertex is on a face or curve
+# smallest distance of a row of vertices from the border of a rounding, relative to that from the
+# edge at half its turn, so that at least two rows are left
+LAST = 1.2
 
 
 def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
@@ -32,7 +36,10 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     NoBackgroundError
         If the topology or the volume is wrong, or if many hexes are inverted.
     """
-    x, outer, near = mesh.vertices, np.unique(mesh.quads), ON * diagonal(surface)
+    near = ON * diagonal(surface)
+    if len(straight.split):
+        mesh = _split(mesh, straight, near)
+    x, outer = mesh.vertices, np.unique(mesh.quads)
     places, faces = straight.surface.vertices, surface.faces[straight.is_changed]
     shift = (surface.vertices - places)[faces]
     at, face, weight = closest.closest(closest.tree(places[faces]), x[outer])
@@ -55,6 +62,31 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     if not has_topology or is_inverted.mean() > INVERTED or error > FILLED:
         raise NoBackgroundError("its leaning faces do not fit on a stack")
     return mesh
+
+
+def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
+    """Let two hexes meet where a rounding leaves the wall for the plane, if it has rows enough."""
+    surface = straight.surface
+    places, faces = surface.vertices, surface.faces
+    corners = mesh.vertices[mesh.quads]
+    region = surface.region[closest.closest(closest.tree(places[faces]), corners.mean(axis=1))[1]]
+    sides, pair = quad_edges(mesh.quads)
+    known = {tuple(each) for each in straight.split.tolist()}
+    own = [(a, b) in known or (b, a) in known for a, b in region[pair].tolist()]
+    both = between_faces(surface)
+    one, two = np.concatenate(both), np.concatenate(both[::-1])
+    here, there = surface.region[one // 3], surface.region[two // 3]
+    ends = places[half_edges(faces)[one]]
+    is_level = np.ptp(ends @ straight.axis, axis=1) < near
+    is_end = np.isin(here, straight.split[:, 0]) & is_level & ~straight.is_cap[two // 3]
+    is_end |= np.isin(here, straight.split[:, 1]) & straight.is_cap[two // 3]
+    is_end &= ~np.isin(there, straight.split)
+    middle = sides[np.array(own)]
+    off, back = (
+        closest.distance(closest.tree(lines[:, [0, 1, 1]]), mesh.vertices)
+        for lines in (ends[is_end], mesh.vertices[middle])
+    )
+    return collapsed(mesh, middle, off < LAST * back)
 
 
 def _on_curves(

@@ -47,19 +47,24 @@ class Upright(NamedTuple):
     Parameters
     ----------
     surface : with the changed vertices
+    axis : (3,) unit vector
     is_cap : (F,) whether a triangle is in a plane across the axis
     is_changed : (F,) whether it is in a face that leaned
     is_over : (F,) whether it is in a wall over one of its borders
     levels : (N,) further heights, which divide fillets and the sides of holes
     fine : (N, 3) places in the section, and the lengths of edges there, for the other sides
+    split : (N, 2) the faces in the wall and in the plane of each rounding at whose half turn two
+        hexes are to meet
     """
 
     surface: TriMesh
+    axis: np.ndarray
     is_cap: np.ndarray
     is_changed: np.ndarray
     is_over: np.ndarray
     levels: np.ndarray
     fine: np.ndarray
+    split: np.ndarray
 
 
 def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes: Sizes) -> Upright:
@@ -111,6 +116,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
         waiting[number] = face
     # a concave rounding has better hexes as a whole, but such a corner meets halves only
     has_tip = any(len(b.vertices) == 1 for face in waiting.values() for b in face.borders)
+    split: list[tuple[int, int]] = []
     while waiting:
         # those at walls first, and the largest of them
         number = max(
@@ -123,6 +129,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
             found = squared_off(at, before, face, ends.index((True, False)), sizes.chord, has_tip)
             if found is not None:
                 region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
+                split += [(number, len(is_wall))] * found.is_split
                 is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
                 is_wall[number] = True
                 levels.append(found.levels)
@@ -143,7 +150,9 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
         raise NoBackgroundError(f"a plane is not perpendicular to an axis near {where}")
     part = replace(surface, vertices=at @ rows, region=region)
     is_over = np.isin(region, leans) & ~on_cap
-    return Upright(part, on_cap, is_changed, is_over, np.concatenate(levels), np.concatenate(fine))
+    further = np.concatenate(levels), np.concatenate(fine)
+    split_off = np.array(split, np.int64).reshape(-1, 2)
+    return Upright(part, axis, on_cap, is_changed, is_over, *further, split_off)
 
 
 def _set_flat(
