@@ -14,9 +14,9 @@ from polycube.registry import build, choice, register, setting
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 PATIENCE = 40.0  # work without a gain, after a valid mesh, that doubles the price
 SMALL = 0.02  # gain that is none
-# work beyond which a search with a valid mesh makes small moves only, by effort
+# work beyond which the price of a search with a valid mesh is higher, by effort, and the factor
 MOST = {"first": float("inf"), "normal": 100.0, "thorough": float("inf")}
-FEW = 2.0  # expected work of a small move
+LATE = 5.0
 
 
 @register("policy", "best_gain")
@@ -25,8 +25,8 @@ class BestGain(Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
     While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
-    the work since the last gain, and with normal effort, no large move exceeds a total work that
-    takes about two minutes.
+    the work since the last gain, and with normal effort it is higher after a total work that takes
+    about two minutes.
 
     Parameters
     ----------
@@ -49,22 +49,20 @@ class BestGain(Policy):
         estimate = build("estimate", self.estimate)
         while history.shortfall > 0:
             rated = [(estimate(move, history), move) for move in possible()]
-            if history.leader is not None and history.leader.verdict.is_valid:
-                left = max(FEW, MOST[self.effort] - sum(row.work for row in history.table))
-                rated = [each for each in rated if each[0].work <= left]
             if not rated:
                 return
             expected, move = max(rated, key=lambda each: each[0].gain / each[0].work)
             is_free = history.leader is None and expected.gain > 0
-            price = PRICE[self.effort] * (1 + _fruitless(history) / PATIENCE)
+            price = PRICE[self.effort] * self._factor(history)
             if not is_free and expected.gain <= price * expected.work:
                 return
             yield move, expected
 
-
-def _fruitless(history: Any) -> float:
-    """Work of the moves since the last gain; 0 while there is no valid mesh."""
-    if history.leader is None or not history.leader.verdict.is_valid:
-        return 0.0
-    gains = [number for number, row in enumerate(history.table, 1) if row.gain > SMALL]
-    return sum(row.work for row in history.table[max(gains, default=0) :])
+    def _factor(self, history: Any) -> float:
+        """Factor on the price: it rises with the work; 1 while there is no valid mesh."""
+        if history.leader is None or not history.leader.verdict.is_valid:
+            return 1.0
+        work = [row.work for row in history.table]
+        gains = [number for number, row in enumerate(history.table, 1) if row.gain > SMALL]
+        rise = 1 + sum(work[max(gains, default=0) :]) / PATIENCE
+        return rise * (LATE if sum(work) > MOST[self.effort] else 1)

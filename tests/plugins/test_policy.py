@@ -84,28 +84,33 @@ def test_the_search_ends_when_nothing_is_worth_its_work(effort, monkeypatch):
 
 @dataclass(frozen=True)
 class Effort:
-    """Takes as much work as doubles the price."""
+    """Takes as much work as it is told."""
+
+    work: float
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
-        count_more(Counter(work=int(module.PATIENCE * SECOND)))
+        count_more(Counter(work=int(self.work * SECOND)))
         return hexes
+
+
+def toilsome(work: float, *sizes: float):
+    """A history whose every mesh takes some work."""
+    return history([*STAGES, Stage("meshing/cure", Effort(work))], grown(*sizes))
 
 
 @pytest.mark.parametrize(("worth", "number"), [(1.5, 2), (2.5, 3), (4.5, 5)])
 def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkeypatch):
+    monkeypatch.setitem(module.MOST, "normal", float("inf"))
     expecting(monkeypatch, lambda move: worth * PRICE["normal"])
-    found = searched(
-        history([*STAGES, Stage("meshing/cure", Effort())], grown(*np.linspace(1, 0.1, 9)))
-    )
+    found = searched(toilsome(module.PATIENCE, *np.linspace(1, 0.1, 9)))
     assert variants(found) == list(range(number))
 
 
-@pytest.mark.parametrize(("effort", "number"), [("first", 1), ("normal", 2), ("thorough", 3)])
-def test_beyond_a_total_work_a_normal_search_makes_small_moves_only(effort, number, monkeypatch):
-    """Variant 1 is a small move, variant 2 is larger than all that a search may do."""
-    works = [1.0, module.FEW, module.MOST["normal"] + 1]
-    expecting(monkeypatch, lambda move: 1e3, lambda move: works[move.variant])
-    found = searched(history(STAGES, grown(3.0, 2.0, 1.0)), effort=effort)
+@pytest.mark.parametrize(("effort", "number"), [("normal", 2), ("thorough", 3)])
+def test_the_price_of_a_normal_search_is_higher_after_a_total_work(effort, number, monkeypatch):
+    gains = [1.0, 1.1, 0.9]
+    expecting(monkeypatch, lambda move: gains[move.variant] * module.LATE * PRICE[effort])
+    found = searched(toilsome(1 + module.MOST["normal"], 1.0, 2.0, 3.0), effort=effort)
     assert variants(found) == list(range(number))
 
 
