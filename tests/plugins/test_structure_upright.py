@@ -157,7 +157,7 @@ def test_a_concave_rounding_is_set_upright_as_a_whole():
     assert not part.is_cap[part.is_changed].any()
 
 
-@pytest.mark.parametrize("name", ["rounded_box", "pocket"])
+@pytest.mark.parametrize("name", ["pocket", pytest.param("rounded_box", marks=pytest.mark.slow)])
 def test_blocks_with_rounded_corners_are_swept(name, tmp_path):
     """A corner of three roundings has a border, and a tip on the opposite plane."""
     surface, _ = read_surface(write(name, tmp_path))
@@ -198,6 +198,7 @@ def test_a_wedge_is_refused():
         set_upright(wedge, UP)
 
 
+@pytest.mark.slow
 def test_the_cone_of_a_hexagonal_head_is_set_flat(tmp_path):
     surface, _ = read_surface(write("screw_head", tmp_path))
     mesh = hexes_of(surface)
@@ -264,7 +265,12 @@ def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [("drilled", 5000), ("bored_wide", 6000), ("tube", 4000)]
+    ("name", "most"),
+    [
+        pytest.param("drilled", 5000, marks=pytest.mark.slow),
+        pytest.param("bored_wide", 6000, marks=pytest.mark.slow),
+        ("tube", 4000),
+    ],
 )
 def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     """Their rims stay on the wall; the hole of a drilled shaft meets its bore in two windows."""
