@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
-TURN = np.cos(np.radians(3))  # cosine of the largest turn of a wall beside a changed face
 STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
 FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
