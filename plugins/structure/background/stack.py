@@ -49,6 +49,7 @@ def stack(
     """
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)
+    is_free = axis is None  # else it is an unfolded sheet, whose sides do not slope
     pairs, axes = twins(surface.faces), list(_axes(known)) if axis is None else [axis]
     has_round_face = len(surface.region) and curved_faces(surface, PLANE).any()
     reasons = []
@@ -56,7 +57,7 @@ def stack(
         found = []
         for axis in axes:
             try:
-                part = upright(surface, pairs, axis, near, sizes) if may_lean else None
+                part = upright(surface, pairs, axis, near, sizes, is_free) if may_lean else None
                 found.append((_stack(surface, known, pairs, axis, part), part))
             except NoBackgroundError as reason:
                 reasons.append(reason)

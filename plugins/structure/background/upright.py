@@ -66,7 +66,14 @@ class Upright(NamedTuple):
     split: np.ndarray
 
 
-def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes: Sizes) -> Upright:
+def upright(
+    surface: TriMesh,
+    pairs: Pairs,
+    axis: np.ndarray,
+    near: float,
+    sizes: Sizes,
+    may_slope: bool = True,
+) -> Upright:
     """Set the leaning faces of a surface upright or flat, and make holes across the axis square.
 
     Parameters
@@ -74,6 +81,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     pairs : of half-edges on a common edge, as `twins` finds them
     near : distance below which heights are equal
     sizes : wanted sizes, for the number of edges round holes
+    may_slope : whether faces with other borders may become flat
 
     Raises
     ------
@@ -106,7 +114,7 @@ def upright(surface: TriMesh, pairs: Pairs, axis: np.ndarray, near: float, sizes
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
-    flat = _set_flat(surface, at, beyond, given, is_cap)
+    flat = _set_flat(surface, at, beyond, given, is_cap) if may_slope else []
     is_cap[flat] = True
     waiting = {}
     for number in set(leans) - set(flat):
