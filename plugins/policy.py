@@ -14,7 +14,7 @@ from polycube.registry import build, choice, register, setting
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 PATIENCE = 40.0  # work without a gain, after a valid mesh, that doubles the price
 SMALL = 0.02  # gain that is none
-# work beyond which the price of a search with a valid mesh is higher, by effort, and the factor
+# total work beyond which the price is higher after a valid mesh, by effort, and the factor
 MOST = {"first": float("inf"), "normal": 100.0, "thorough": float("inf")}
 LATE = 5.0
 
@@ -25,7 +25,7 @@ class BestGain(Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
     While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
-    the work since the last gain, and with normal effort it is higher after a total work that takes
+    the work since the last gain, and with normal effort it is higher beyond a total work that takes
     about two minutes.
 
     Parameters
@@ -53,16 +53,16 @@ class BestGain(Policy):
                 return
             expected, move = max(rated, key=lambda each: each[0].gain / each[0].work)
             is_free = history.leader is None and expected.gain > 0
-            price = PRICE[self.effort] * self._factor(history)
+            price = PRICE[self.effort] * self._factor(history, expected.work)
             if not is_free and expected.gain <= price * expected.work:
                 return
             yield move, expected
 
-    def _factor(self, history: Any) -> float:
-        """Factor on the price: it rises with the work; 1 while there is no valid mesh."""
+    def _factor(self, history: Any, further: float) -> float:
+        """Factor on the price of further work: it rises; 1 while there is no valid mesh."""
         if history.leader is None or not history.leader.verdict.is_valid:
             return 1.0
         work = [row.work for row in history.table]
         gains = [number for number, row in enumerate(history.table, 1) if row.gain > SMALL]
         rise = 1 + sum(work[max(gains, default=0) :]) / PATIENCE
-        return rise * (LATE if sum(work) > MOST[self.effort] else 1)
+        return rise * (LATE if sum(work) + further > MOST[self.effort] else 1)

@@ -114,6 +114,14 @@ def test_the_price_of_a_normal_search_is_higher_after_a_total_work(effort, numbe
     assert variants(found) == list(range(number))
 
 
+def test_the_work_of_the_next_move_counts(monkeypatch):
+    works = [1.0, module.MOST["normal"]]
+    gains = [1.0, 0.9 * module.LATE * PRICE["normal"] * works[1]]
+    expecting(monkeypatch, lambda move: gains[move.variant], lambda move: works[move.variant])
+    assert variants(searched(toilsome(1.0, 1.0, 2.0))) == [0]
+    assert variants(searched(toilsome(1.0, 1.0, 2.0), effort="thorough")) == [0, 1]
+
+
 def test_thorough_pays_ten_times_as_much():
     assert PRICE["normal"] == 10 * PRICE["thorough"] > 0
 
