@@ -14,9 +14,10 @@ from polycube.registry import build, choice, register, setting
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
 PATIENCE = 40.0  # work without a gain, after a valid mesh, that doubles the price
 SMALL = 0.02  # gain that is none
-# total work beyond which the price is higher after a valid mesh, by effort, and the factor
+# total work beyond which large moves are dearer after a valid mesh, by effort, and the factor
 MOST = {"first": float("inf"), "normal": 100.0, "thorough": float("inf")}
 LATE = 5.0
+LARGE = 10.0  # expected work of a large move
 
 
 @register("policy", "best_gain")
@@ -25,8 +26,8 @@ class BestGain(Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
     While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
-    the work since the last gain, and with normal effort it is higher beyond a total work that takes
-    about two minutes.
+    the work since the last gain, and with normal effort that of large moves is higher beyond a
+    total work that takes about two minutes.
 
     Parameters
     ----------
@@ -65,4 +66,5 @@ class BestGain(Policy):
         work = [row.work for row in history.table]
         gains = [number for number, row in enumerate(history.table, 1) if row.gain > SMALL]
         rise = 1 + sum(work[max(gains, default=0) :]) / PATIENCE
-        return rise * (LATE if sum(work) + further > MOST[self.effort] else 1)
+        is_late = further > LARGE and sum(work) + further > MOST[self.effort]
+        return rise * (LATE if is_late else 1)

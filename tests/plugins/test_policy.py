@@ -108,8 +108,9 @@ def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkey
 
 @pytest.mark.parametrize(("effort", "number"), [("normal", 2), ("thorough", 3)])
 def test_the_price_of_a_normal_search_is_higher_after_a_total_work(effort, number, monkeypatch):
-    gains = [1.0, 1.1, 0.9]
-    expecting(monkeypatch, lambda move: gains[move.variant] * module.LATE * PRICE[effort])
+    gains, large = [1.0, 1.1, 0.9], module.LARGE + 1
+    price = module.LATE * PRICE[effort] * large
+    expecting(monkeypatch, lambda move: gains[move.variant] * price, lambda move: large)
     found = searched(toilsome(1 + module.MOST["normal"], 1.0, 2.0, 3.0), effort=effort)
     assert variants(found) == list(range(number))
 

@@ -84,12 +84,10 @@ def _tip(
     place = int(abs(at[side, 2] - at[border.vertices[0], 2]).argmax())
     if place in (0, len(side) - 1):
         return None
-    own, *others = (
-        surface.region[(surface.faces == vertex).any(axis=1)]
-        for vertex in side[place - 1 : place + 2]
+    before, tip, after = (
+        surface.region[(surface.faces == v).any(axis=1)] for v in side[place - 1 : place + 2]
     )
-    tip = others.pop(0)
-    faces = np.setdiff1d(tip, np.concatenate([own, *others, [number]]))
+    faces = np.setdiff1d(tip, np.concatenate([before, after, [number]]))
     return (place, faces) if len(faces) else None
 
 
