@@ -81,6 +81,8 @@ def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
     is_end = np.isin(here, straight.split[:, 0]) & is_level & ~straight.is_cap[two // 3]
     is_end |= np.isin(here, straight.split[:, 1]) & straight.is_cap[two // 3]
     is_end &= ~np.isin(there, straight.split)
+    if not (any(own) and is_end.any()):
+        return mesh
     middle = sides[np.array(own)]
     off, back = (
         closest.distance(closest.tree(lines[:, [0, 1, 1]]), mesh.vertices)
