@@ -12,6 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
+import torch
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
@@ -54,6 +55,8 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
+    if torch.cuda.is_available():
+        torch.set_float32_matmul_precision("high")  # TF32 in single precision
     data = build("data", cfg["data"])
     if cfg["grid"].get("among"):
         raise InputError("grid=auto is for infer.py; train.py needs a grid, or grid=any")
@@ -185,7 +188,7 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
         device = trainer.strategy.root_device  # device of the weights
-        trainer.callbacks.insert(0, WeightAveraging(device, avg_fn=average))
+        trainer.callbacks.insert(0, WeightAveraging(device, multi_avg_fn=average))
     if cfg["held_out"] % trainer.world_size:
         raise InputError(
             f"held_out must be a multiple of the {trainer.world_size} processes that share it; "

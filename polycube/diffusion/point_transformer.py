@@ -7,7 +7,7 @@ result does not depend on the order of the points, and their number is arbitrary
 
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import pad
+from torch.nn.functional import pad, scaled_dot_product_attention
 
 from polycube.diffusion.point_network import PointFeatures
 
@@ -28,9 +28,11 @@ class Attention(nn.Module):
         split = self.enter(x).unflatten(2, (3, self.heads, -1))
         query, key, value = split.permute(2, 0, 3, 1, 4)  # (B, heads, N, width / heads) each
         query, key = turned(query, turn), turned(key, turn)
-        # in half precision on a CPU 2.5 times faster than scaled_dot_product_attention
-        scores = query @ key.transpose(2, 3) * query.shape[-1] ** -0.5
-        attended = scores.softmax(dim=3).to(value.dtype) @ value
+        if x.is_cuda:
+            attended = scaled_dot_product_attention(query, key, value)
+        else:  # in half precision 2.5 times faster than that
+            scores = query @ key.transpose(2, 3) * query.shape[-1] ** -0.5
+            attended = scores.softmax(dim=3).to(value.dtype) @ value
         return self.leave(attended.transpose(1, 2).flatten(2))
 
 

@@ -41,10 +41,11 @@ class DiffusionProcess:
         self.alpha_bar, self.alpha, self.beta, self.drift = map(
             torch.from_numpy, (alpha_bar, alpha, 1 - alpha, drift)
         )
+        self._factors: dict[torch.device, Tensor] = {}
 
     def adjustment(self, geometry: Tensor) -> Tensor:
         """The q whose cumulative influence Q_T = c_T q is the geometry."""
-        return geometry / self.drift[-1].to(geometry)
+        return geometry / float(self.drift[-1])
 
     def forward(self, x_0: Tensor, z: Tensor, q: Tensor, t: Tensor) -> Tensor:
         """x_t = sqrt(alpha_bar_t) x_0 + sqrt(1 - alpha_bar_t) s z + c_t q (eq. 2).
@@ -105,8 +106,10 @@ class DiffusionProcess:
 
     def _at(self, t: Tensor, like: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Factors of x_0, z and q at steps t, in the shape of the given images."""
-        alpha_bar, drift = self.alpha_bar[t.cpu()], self.drift[t.cpu()]
-        factors = (alpha_bar.sqrt(), (1 - alpha_bar).sqrt() * self.noise_scale, drift)
+        if t.device not in self._factors:  # copied once, because a copy waits for a GPU
+            signal, noise = self.alpha_bar.sqrt(), (1 - self.alpha_bar).sqrt() * self.noise_scale
+            self._factors[t.device] = torch.stack([signal, noise, self.drift]).to(t.device)
+        factors = self._factors[t.device][:, t]
         shape = (-1, *[1] * (like.ndim - 1))
         signal, noise, drift = (factor.to(like).reshape(shape) for factor in factors)
         return signal, noise, drift

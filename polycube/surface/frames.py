@@ -10,7 +10,7 @@ distinct results are returned.
 
 import itertools
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.optimize import minimize
@@ -23,14 +23,17 @@ from polycube.types import TriMesh
 SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are the same frame
 
 
+@cache
 def rotations() -> np.ndarray:
-    """(24, 3, 3) the rotations of the cube."""
+    """(24, 3, 3) the rotations of the cube, read-only."""
     signed = [
         np.eye(3)[list(order)] * np.array(signs)[:, None]
         for order in itertools.permutations(range(3))
         for signs in itertools.product([1, -1], repeat=3)
     ]
-    return np.array([matrix for matrix in signed if np.linalg.det(matrix) > 0])
+    found = np.array([matrix for matrix in signed if np.linalg.det(matrix) > 0])
+    found.flags.writeable = False
+    return found
 
 
 def turn(boxes: np.ndarray, rotation: np.ndarray) -> np.ndarray:

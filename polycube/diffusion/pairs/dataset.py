@@ -119,6 +119,7 @@ def training_loader(
         sampler=ConsecutiveNumbers(batch_size * batches_per_epoch, done),
         num_workers=workers,
         persistent_workers=workers > 0,
+        pin_memory=torch.cuda.is_available(),
     )
 
 

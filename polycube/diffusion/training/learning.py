@@ -63,14 +63,19 @@ def rate_factors(decay: str, epochs: int) -> list[float]:
     return factors
 
 
-def moving_average(decay: float) -> Callable[[Tensor, Tensor, Tensor], Tensor]:
+def moving_average(decay: float) -> Callable[[list[Tensor], list[Tensor], Tensor], None]:
     """Exponential moving average of weights; the decay is at most (1 + n) / (10 + n) at step n."""
     if not 0 < decay < 1:
         raise ValueError(f"ema must lie between 0 and 1; got {decay}")
 
-    def average(averaged: Tensor, current: Tensor, n: Tensor) -> Tensor:
-        share = min(decay, (1 + int(n)) / (10 + int(n)))
-        return torch.lerp(current, averaged, share) if current.is_floating_point() else current
+    @torch.no_grad()
+    def average(averaged: list[Tensor], current: list[Tensor], n: Tensor) -> None:
+        done = int(n)  # once for all tensors of a type, because a GPU is waited for
+        share = min(decay, (1 + done) / (10 + done))
+        if averaged[0].is_floating_point():
+            torch._foreach_lerp_(averaged, current, 1 - share)
+        else:
+            torch._foreach_copy_(averaged, current)
 
     return average
 

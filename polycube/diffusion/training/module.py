@@ -3,7 +3,7 @@
 import time
 from collections import defaultdict
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import lightning.pytorch as L
 import numpy as np
@@ -16,12 +16,13 @@ from torch.optim.lr_scheduler import LambdaLR
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.dataset import Batch, rank_and_processes
 from polycube.diffusion.pairs.templates import IDENTITY
+from polycube.diffusion.training.draws import Draws, draws
 from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations
 
 SOFT = 0.01  # distance up to which the loss grows quadratically
-ROTATIONS = torch.from_numpy(rotations()).float()  # (24, 3, 3)
+ROTATIONS = torch.tensor(rotations(), dtype=torch.float32)  # (24, 3, 3)
 
 
 def of_all_processes(values: Tensor) -> Tensor:
@@ -32,15 +33,6 @@ def of_all_processes(values: Tensor) -> Tensor:
     gathered: list[Tensor] = [values] * processes
     distributed.all_gather_object(gathered, values.cpu())
     return torch.cat(gathered).to(values.device)
-
-
-class Draws(NamedTuple):
-    """Random values for each pair of a batch."""
-
-    t: Tensor  # (B,) int64 steps 1..T
-    first: Tensor  # (B,) bool: trained at the start of sampling, t = T, instead
-    turn: Tensor  # (B,) int64 index of ROTATIONS: orientation of the input of the classifier
-    z: Tensor  # (B, 3, h, w) standard normal
 
 
 class DDPMPolycube(L.LightningModule):
@@ -70,22 +62,9 @@ class DDPMPolycube(L.LightningModule):
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
 
     def draws(self, numbers: Tensor, image: tuple[int, int]) -> Draws:
-        """Random values for images of the given size, from the seed and the number of each pair.
-
-        They do not depend on the number of processes.
-        """
-        generator, rows = torch.Generator(), []
-        for number in numbers.tolist():
-            # of 32 bits, of which the generator uses no more; other seeds have other draws
-            state = np.random.SeedSequence((self.learning.seed, number)).generate_state(1)
-            generator.manual_seed(int(state[0]))
-            t = torch.randint(1, self.denoiser.process.steps + 1, (), generator=generator)
-            first, along = torch.rand(2, generator=generator)
-            turn = torch.randint(len(ROTATIONS), (), generator=generator)
-            turn = torch.where(along < 0.5, IDENTITY, turn)  # half of the pairs are not rotated
-            z = torch.randn(3, *image, generator=generator)
-            rows.append(Draws(t, first < self.learning.endpoint, turn, z))
-        return Draws(*(torch.stack(column).to(self.device) for column in zip(*rows, strict=True)))
+        """Random values for images of the given size, for the pairs with these numbers (B,)."""
+        steps, endpoint = self.denoiser.process.steps, self.learning.endpoint
+        return draws(self.learning.seed, numbers, steps, endpoint, image)
 
     def loss(self, batch: Batch) -> dict[str, Tensor]:
         """Terms of the loss: the prediction at random steps (eq. 10), its labels, the context.

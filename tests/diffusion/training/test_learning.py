@@ -20,7 +20,7 @@ def test_the_printed_learning_rates() -> None:
 def test_moving_average_of_a_sequence() -> None:
     """a <- s a + (1 - s) w with s = min(decay, (1 + n) / (10 + n)); n, the averaged before."""
     decay, weight = 0.3, torch.nn.Linear(1, 1, bias=False)
-    average = AveragedModel(weight, avg_fn=moving_average(decay))
+    average = AveragedModel(weight, multi_avg_fn=moving_average(decay))
     expected = None
     for n, value in enumerate([1.0, -2.0, 5.0, 0.5, 3.0]):
         weight.weight.data.fill_(value)
@@ -32,8 +32,9 @@ def test_moving_average_of_a_sequence() -> None:
 
 
 def test_counters_are_not_averaged() -> None:
-    count = torch.tensor([7])
-    assert moving_average(0.9)(torch.tensor([3]), count, torch.tensor(5)) is count
+    average = [torch.tensor([3])]
+    moving_average(0.9)(average, [torch.tensor([7])], torch.tensor(5))
+    assert average[0].item() == 7
 
 
 def test_wrong_options_are_refused() -> None:
