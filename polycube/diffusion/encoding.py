@@ -12,6 +12,7 @@ import numpy as np
 from polycube.types import Frame
 
 POINTS_PER_CELL = 512
+EQUAL = 6  # decimals in which the x of points are compared
 CENTRED = np.array([[-1.0] * 3, [1.0] * 3])  # box of geometries: centred, with longest edge 2
 
 
@@ -88,9 +89,12 @@ def context_length(n_primitives: int, n_cells: int) -> int:
 def by_x(geometry: np.ndarray, pixels: np.ndarray | None = None) -> np.ndarray:
     """(..., N) pixel of each point (..., N, 3): pixels (..., N) in the order of x, stable.
 
+    x is rounded, so that the order of symmetric points does not depend on rounding errors.
+
     pixels : default: the first N
     """
-    rank = np.argsort(np.argsort(geometry[..., 0], axis=-1, kind="stable"), axis=-1)
+    x = geometry[..., 0].round(EQUAL)
+    rank = np.argsort(np.argsort(x, axis=-1, kind="stable"), axis=-1)
     return rank if pixels is None else np.take_along_axis(pixels, rank, axis=-1)
 
 
