@@ -18,9 +18,9 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
 from polycube.cli.command import OTHER_FOLDER, command
-from polycube.cli.train import JUDGED
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
+from polycube.diffusion.training.data_module import JUDGED
 from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError

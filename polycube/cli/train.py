@@ -13,13 +13,14 @@ from typing import Any, ParamSpec, TypeVar
 import hydra
 import lightning.pytorch as L
 import torch
+from hydra.errors import InstantiationException
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.cli.command import OTHER_FOLDER, command
-from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
 from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training import pictures
+from polycube.diffusion.training.data_module import PairData
 from polycube.diffusion.training.learning import AtomicCheckpoints, Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
@@ -32,7 +33,7 @@ from polycube.diffusion.weights import (
     make_denoiser,
     save_denoiser,
 )
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.resume.settings import changed_settings
@@ -47,8 +48,6 @@ Made = TypeVar("Made")
 WEIGHTS = tuple(f"weights/weights.{suffix}" for suffix in ("safetensors", "yaml", "json"))
 CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
 THIN = 3  # for networks on points: a ninth of the points, 1.5 times faster than a quarter
-HELD_OUT = 10**9  # added to the seed for the held-out pairs, which choose the best checkpoint
-JUDGED = 2 * HELD_OUT  # added to the seed for the pairs of `polycube.evaluate`, which judge it
 
 
 def train(cfg: Json, folder: Path) -> dict[str, float]:
@@ -68,23 +67,22 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
         taken = begin_from(denoiser, load_denoiser(build, cfg["begin_from"]))
         total = len(denoiser.state_dict())
         logger.info("%d of %d tensors are copied from %s", taken, total, cfg["begin_from"])
-    learning, size = _learning(cfg), cfg["batch_size"]
+    learning = _learning(cfg)
     pairs = _checked(data, grid, primitives, cfg["seed"])
-    others = _checked(getattr(data, "held_out", data), grid, primitives, cfg["seed"] + HELD_OUT)
+    others = partial(_checked, getattr(data, "held_out", data), grid, primitives)
     if not grid:
         pairs.views = cfg["views"]
     turned = None
     if denoiser.options.classifier:
         turned = turned_contexts(pairs.contexts, grid, primitives)
-    module = DDPMPolycube(denoiser, learning, build("sampler", cfg["sampler"]), config, turned)
-    training = training_loader(
-        PairImages(pairs, denoiser.condition),
-        size,
-        cfg["batches_per_epoch"],
-        cfg["workers"],
-        done=lambda: module.pairs_done,
-    )
-    held_out = validation_loader(PairImages(others, denoiser.condition), cfg["held_out"], size)
+    optimizer = _instance(cfg["optim"], _partial_=True)
+    sampler = build("sampler", cfg["sampler"])
+    module = DDPMPolycube(denoiser, learning, sampler, config, turned, optimizer)
+    if cfg["compile"]:
+        denoiser.network.compile()
+    numbers = cfg["held_out"], cfg["test"]
+    loading = {name: cfg[name] for name in ("batch_size", "batches_per_epoch", "workers")}
+    images = PairData(pairs, others, denoiser.condition, cfg["seed"], numbers, **loading)
     checkpoint = _checkpoint(cfg["ckpt"], config, folder)
     most = cfg["trainer"].get("max_epochs") or 0  # 0 and -1: no limit of epochs
     if checkpoint and 0 < most <= epochs_of(checkpoint):
@@ -92,11 +90,14 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
         cfg = {**cfg, "fit": False}
     trainer = _trainer(cfg, folder)
     if cfg["fit"]:
-        trainer.fit(module, training, held_out, ckpt_path=checkpoint)
+        trainer.fit(module, datamodule=images, ckpt_path=checkpoint)
     else:
-        trainer.validate(module, held_out, ckpt_path=checkpoint, verbose=False)
-    measured = trainer.callback_metrics.items()
-    metrics = {name.replace("/", "_"): float(value) for name, value in measured}
+        trainer.validate(module, images, ckpt_path=checkpoint, verbose=False)
+    measured = dict(trainer.callback_metrics)
+    if cfg["test"]:
+        trainer.test(module, images, verbose=False)
+        measured |= trainer.callback_metrics
+    metrics = {name.replace("/", "_"): float(value) for name, value in measured.items()}
     metrics |= {"steps": module.steps_done, "samples": module.pairs_done}
     if trainer.is_global_zero:  # the other processes have the same weights and numbers
         _write(cfg, config, trainer, module, metrics, folder)
@@ -176,31 +177,41 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
         "log_every_n_steps": min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
     }
     callbacks, plugins = (_instances(given.pop(name, None)) for name in ("callbacks", "plugins"))
-    curves = {}
+    chosen = _instances(cfg["callbacks"])
     if "logger" not in given:
-        curves["logger"] = TensorBoardLogger(folder, "tensorboard", "", default_hp_metric=False)
-    trainer = hydra.utils.instantiate(
+        given["logger"] = _instance(cfg["logger"], save_dir=str(folder))
+    trainer = _instance(
         given,
-        callbacks=[best, last, Pictures(), *callbacks],
+        callbacks=[best, last, Pictures(), *chosen, *callbacks],
         plugins=[AtomicCheckpoints(folder), *plugins],
-        **curves,
     )
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
         device = trainer.strategy.root_device  # device of the weights
         trainer.callbacks.insert(0, WeightAveraging(device, multi_avg_fn=average))
-    if cfg["held_out"] % trainer.world_size:
-        raise InputError(
-            f"held_out must be a multiple of the {trainer.world_size} processes that share it; "
-            f"got {cfg['held_out']}"
-        )
+    for name in ("held_out", "test"):
+        if cfg[name] % trainer.world_size:
+            raise InputError(
+                f"{name} must be a multiple of the {trainer.world_size} processes that share it; "
+                f"got {cfg[name]}"
+            )
     return trainer
 
 
 def _instances(configs: Any) -> list[Any]:
     """Objects of a list of configurations, or of those in a mapping."""
     listed = configs.values() if isinstance(configs, dict) else configs or ()
-    return [hydra.utils.instantiate(each) for each in listed]
+    return [_instance(each) for each in listed]
+
+
+def _instance(config: Any, **arguments: object) -> Any:
+    """Object of a configuration with a _target_; raises InputError if it cannot be made."""
+    try:
+        return hydra.utils.instantiate(config, **arguments)
+    except InstantiationException as error:
+        cause = error.__cause__
+        reason = brief(cause if isinstance(cause, Exception) else error)
+        raise InputError(f"{config.get('_target_', config)} cannot be made: {reason}") from error
 
 
 def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from polycube.cli.evaluate import BASELINES, TABLE, evaluate_weights, main, table
-from polycube.cli.train import HELD_OUT, JUDGED, train
+from polycube.cli.train import train
 from polycube.config import compose
+from polycube.diffusion.training.data_module import HELD_OUT, JUDGED
 
 # a warning of torch about a call in Lightning
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")

@@ -1,5 +1,6 @@
 """The trainer of train.py is that of Lightning: its arguments, test runs, and sweepers."""
 
+import sys
 from pathlib import Path
 from typing import ClassVar
 
@@ -8,8 +9,10 @@ from hydra.core.utils import JobReturn
 from hydra.experimental.callback import Callback
 from lightning.pytorch.callbacks import EarlyStopping, ModelCheckpoint
 from lightning.pytorch.loggers import CSVLogger
+from omegaconf import OmegaConf
 
 from polycube.cli import train as cli
+from polycube.errors import InputError
 from tests.fixtures.trainings import command, config
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
@@ -28,6 +31,9 @@ def test_arguments_of_the_user_are_kept(callbacks: str, tmp_path: Path) -> None:
     assert kinds.count(EarlyStopping) == 1 and kinds.count(ModelCheckpoint) == 2
     assert isinstance(trainer.logger, CSVLogger)
     assert trainer.limit_train_batches == 1
+    usual = cli._trainer(config("logger=csv", "callbacks=early_stopping"), tmp_path)
+    assert isinstance(usual.logger, CSVLogger)
+    assert [type(each) for each in usual.callbacks].count(EarlyStopping) == 1
     usual = cli._trainer(config(), tmp_path)
     assert usual.limit_train_batches == 2 and usual.logger.name == "tensorboard"
 
@@ -36,6 +42,34 @@ def test_arguments_of_the_user_are_kept(callbacks: str, tmp_path: Path) -> None:
 def test_fast_dev_run_is_a_test_of_one_batch(tmp_path: Path) -> None:
     found = cli.train(config("+trainer.fast_dev_run=true"), tmp_path)
     assert found["steps"] == 1 and 0 < found["error"] < 10
+
+
+@pytest.mark.slow
+def test_pairs_that_chose_no_checkpoint_are_measured_at_the_end(tmp_path: Path) -> None:
+    """They are other pairs than the held-out ones, with the final weights."""
+    small = ("test=4", "optim=adamw", "learning.warmup=1", "compile=false")
+    found = cli.train(config(*small, "trainer.max_epochs=1"), tmp_path)
+    assert 0 < found["test_error"] < 10 and found["test_error"] != found["error"]
+
+
+def test_a_logger_that_is_not_installed_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "wandb", None)
+    with pytest.raises(InputError, match=r"WandbLogger cannot be made: .*wandb"):
+        cli._trainer(config("logger=wandb"), tmp_path)
+
+
+@pytest.mark.slow
+def test_optuna_minimises_the_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cli, "train", lambda cfg, folder: {"error": cfg["learning"]["rate"]})
+    sweep = "+hydra.sweeper.params={learning.rate: 'choice(0.5, 0.25)'}"
+    arguments = ("-m", "hydra/sweeper=optuna", "hydra.sweeper.n_trials=6", "seed=0", sweep)
+    assert command(*arguments) == 0
+    found = OmegaConf.load(next(tmp_path.rglob("optimization_results.yaml")))
+    assert found.best_value == 0.25
 
 
 @pytest.mark.slow

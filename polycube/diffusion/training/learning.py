@@ -20,7 +20,8 @@ LOSSES = ("distance", "mse")
 class Learning:
     """Options of the training."""
 
-    rate: float = 1e-3  # initial learning rate of Adam
+    rate: float = 1e-3  # initial learning rate
+    warmup: int = 0  # number of batches in which the rate rises linearly from 0
     decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or printed
     loss: str = "distance"  # distance of points, or mse: mean squared error
     labels: float = 0.1  # weight of the cross-entropy of the labels
@@ -37,6 +38,8 @@ class Learning:
                     f"learning.{name} must be one of {', '.join(choices)}; "
                     f"got {getattr(self, name)}"
                 )
+        if self.warmup < 0:
+            raise ValueError(f"learning.warmup must not be negative; got {self.warmup}")
         if not 0 <= self.endpoint <= 1:
             raise ValueError(f"learning.endpoint must lie in [0, 1]; got {self.endpoint}")
         if self.labels < 0:

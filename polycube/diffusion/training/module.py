@@ -2,12 +2,14 @@
 
 import time
 from collections import defaultdict
+from collections.abc import Callable
 from functools import reduce
 from typing import Any
 
 import lightning.pytorch as L
 import numpy as np
 import torch
+from lightning.pytorch.utilities.types import OptimizerLRSchedulerConfig
 from torch import Tensor, distributed
 from torch.nn import functional
 from torch.optim import Optimizer
@@ -42,6 +44,7 @@ class DDPMPolycube(L.LightningModule):
         checkpoints
     turned : (C, 24, n_cells) target of the classifier for pair i in each orientation, at i %
         C (`shapes.turned_contexts`); not needed without a classifier
+    optimizer : (parameters, lr) -> optimizer
     """
 
     def __init__(
@@ -51,10 +54,12 @@ class DDPMPolycube(L.LightningModule):
         sampler: Sampler,
         config: Recipe,
         turned: np.ndarray | None = None,
+        optimizer: Callable[..., Optimizer] = torch.optim.Adam,
     ) -> None:
         super().__init__()
         self.save_hyperparameters("config")
         self.denoiser, self.learning, self.sampler = denoiser, learning, sampler
+        self.optimizer = optimizer
         self.turned = None if turned is None else torch.from_numpy(turned)
         self.steps_done, self.pairs_done = 0, 0  # pairs of all processes
         self._started, self._pairs_before = time.perf_counter(), 0
@@ -156,6 +161,16 @@ class DDPMPolycube(L.LightningModule):
 
     def validation_step(self, batch: Batch, index: int) -> None:
         """Distances of sampled points from the truth, and accuracy of labels and contexts."""
+        example = self._measure(batch)
+        if index == 0:
+            self.example = example
+
+    def test_step(self, batch: Batch, index: int) -> None:
+        """The same for pairs that did not choose the checkpoint."""
+        self._measure(batch)
+
+    def _measure(self, batch: Batch) -> tuple[Tensor, Tensor, Tensor]:
+        """Collect the measurements of a batch; returns its geometry, samples and truth."""
         geometry, truth = batch.geometry, batch.polycube
         generator = torch.Generator().manual_seed(self.learning.seed)
         start, x_T = self.denoiser.at_start(geometry, batch.context), geometry[:, :3]
@@ -174,26 +189,39 @@ class DDPMPolycube(L.LightningModule):
             cells, _ = self.denoiser.classifier(geometry)
             right = cells.argmax(dim=2) == _contexts(self.turned, batch.number, IDENTITY)
             self._measured["right/context"].append(right.all(dim=1).float())
-        if index == 0:
-            self.example = (x_T.cpu(), x_0.cpu(), truth.cpu())
+        return x_T.cpu(), x_0.cpu(), truth.cpu()
 
     def on_validation_epoch_end(self) -> None:
         """Log means over all processes, and the 95th percentile of the distance."""
+        self._log_measured("")
+
+    def on_test_epoch_end(self) -> None:
+        """The same, with test/ before each name."""
+        self._log_measured("test/")
+
+    def _log_measured(self, before: str) -> None:
         for name, parts in self._measured.items():
             values = of_all_processes(torch.cat(parts))
-            self.log(name, values.mean(), prog_bar=name == "error", sync_dist=True)
+            self.log(before + name, values.mean(), prog_bar=name == "error", sync_dist=True)
             if name == "error":
                 p95 = values.kthvalue(max(1, int(0.95 * len(values))))[0]
-                self.log("error/p95", p95, sync_dist=True)
+                self.log(f"{before}error/p95", p95, sync_dist=True)
         self._measured.clear()
 
-    def configure_optimizers(self) -> tuple[list[Optimizer], list[LambdaLR]]:
-        """Adam with a learning rate per epoch; it is constant if the epochs have no limit."""
-        adam = torch.optim.Adam(self.parameters(), lr=self.learning.rate)
-        most = self.trainer.max_epochs or -1
+    def configure_optimizers(self) -> OptimizerLRSchedulerConfig:
+        """The optimizer, with a rate for each epoch that rises over the first batches."""
+        most, trainer = self.trainer.max_epochs or -1, self.trainer
+        trainer.fit_loop.setup_data()  # for the number of batches
+        steps = max(1, int(trainer.num_training_batches) // trainer.accumulate_grad_batches)
         factors = rate_factors(self.learning.decay, most) if most > 0 else [1.0]
-        rate = LambdaLR(adam, lambda epoch: factors[min(epoch, len(factors) - 1)])
-        return [adam], [rate]
+
+        def factor(step: int) -> float:
+            risen = min(1.0, (step + 1) / (self.learning.warmup + 1))
+            return risen * factors[min(step // steps, len(factors) - 1)]
+
+        optimizer = self.optimizer(self.parameters(), lr=self.learning.rate)
+        schedule = LambdaLR(optimizer, factor)
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
 def _contexts(turned: Tensor, number: Tensor, turn: Tensor | int) -> Tensor:

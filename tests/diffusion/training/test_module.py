@@ -1,8 +1,10 @@
 """Training: the terms of the loss have their documented values, and training reduces them."""
 
+import lightning.pytorch as L
 import numpy as np
 import pytest
 import torch
+from torch.utils.data import DataLoader
 
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.pairs.dataset import Batch, PairImages
@@ -195,9 +197,10 @@ def test_draws_depend_on_the_pair_and_not_on_its_batch(config: dict) -> None:
     assert not torch.equal(together.z, other.z)
 
 
-def test_draws_are_random(config: dict) -> None:
+@pytest.mark.parametrize("seed", [0, 7, 2**32 - 1])
+def test_draws_are_random(seed: int, config: dict) -> None:
     """Steps uniform, noise normal, of consecutive pairs uncorrelated; half of the pairs turned."""
-    draws = _module(config).draws(torch.arange(4000), (4, 4))
+    draws = _module(config, learning={"seed": seed}).draws(torch.arange(4000), (4, 4))
     assert torch.bincount(draws.t, minlength=51)[1:].float() / 4000 == pytest.approx(
         np.full(50, 1 / 50), abs=0.008
     )
@@ -252,3 +255,26 @@ def test_seeds_have_no_draws_in_common(config: dict) -> None:
     draws = [module.draws(numbers, (2, 2)).z.flatten(1) for module in (first, second)]
     assert torch.equal(draws[0], first.draws(numbers, (2, 2)).z.flatten(1))
     assert torch.cdist(*draws).min() > 1e-3
+
+
+@pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning", "ignore:.*does not have many")
+def test_the_rate_rises_over_the_first_batches_and_falls_with_the_epochs(
+    config: dict, batch: Batch
+) -> None:
+    """Three batches an epoch, two of them to rise, a linear decay over two epochs."""
+    module = _module(config, learning={"rate": 0.8, "warmup": 2})
+    rates: list[float] = []
+    module.on_train_batch_start = lambda *_: rates.append(
+        module.trainer.optimizers[0].param_groups[0]["lr"]
+    )
+    trainer = L.Trainer(
+        max_epochs=2,
+        logger=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        accelerator="cpu",
+    )
+    loader = DataLoader([batch] * 3, batch_size=None)
+    trainer.fit(module, loader)
+    assert rates == pytest.approx([0.8 / 3, 1.6 / 3, 0.8, 0.4, 0.4, 0.4])
