@@ -136,10 +136,8 @@ def _row(name: str, report: Json) -> list[str]:
     polycube, hexes, spline = (report.get(half, {}) for half in ("polycube", "hex", "spline"))
     proposal = polycube["candidates"][polycube["chosen"]]["proposal"]
     context = ", ".join(each or "–" for each in polycube["context"])
-    row = [
-        name,
-        f"{polycube['boxes']} bricks" if proposal == "bricks" else f"{context} ({proposal})",
-    ]
+    made = f"{polycube['boxes']} bricks" if proposal == "labels" else context
+    row = [name, f"{made} ({proposal})"]
     if hexes:
         quality = f"{hexes['min_scaled_jacobian']:.2f} / {hexes['mean_scaled_jacobian']:.2f}"
         row += [str(hexes["hexes"]), quality, f"{100 * hexes['surface_to_mesh_p99']:.2f}"]

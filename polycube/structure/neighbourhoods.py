@@ -18,6 +18,19 @@ def solid_genus(occupancy: np.ndarray) -> int | None:
     return 1 - int(TABLE[around, 0].sum()) // 8
 
 
+def defect(occupancy: np.ndarray, genus: int) -> int:
+    """Number of pinched vertices, additional components, voids and wrong handles of boxes.
+
+    It is 0 for one manifold solid without voids with this genus; at least one of the boxes
+    (X, Y, Z) is full.
+    """
+    full = _padded(occupancy)
+    total, pinched, _ = TABLE[codes(full)].sum(axis=(0, 1, 2))
+    solids, outside = label(full)[1], label(~full)[1]
+    handles = solids + outside - 1 - total // 8
+    return int(pinched + solids - 1 + outside - 1 + abs(handles - genus))
+
+
 def euler_number(occupancy: np.ndarray) -> int:
     """V - E + F - C of the union of boxes (X, Y, Z)."""
     return int(TABLE[codes(_padded(occupancy)), 0].sum()) // 8

@@ -85,7 +85,7 @@ def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
     [
         (["structure=slices"], "structure=slices finds the structure itself"),
         (["structure.proposals.slices.frames=1"], "structure.proposals.slices.frames has no"),
-        (["structure.proposals.bricks.corners=[0.1]"], "bricks.corners has no effect"),
+        (["structure.proposals.labels.bricks=7"], "labels.bricks has no effect"),
     ],
 )
 def test_options_that_a_context_replaces_are_refused(overrides, sentence):

@@ -40,7 +40,7 @@ from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
 
 SIZES = Sizes(size=1.0, chord=0.1, across_wall=2, around_hole=12)
-SLOWER = ("diffusion", "bricks", "labels", "overlay")
+SLOWER = ("diffusion", "labels", "overlay")
 TURN = Rotation.random(random_state=3).as_matrix()
 
 

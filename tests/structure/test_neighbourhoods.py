@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.structure.lattice import _sorted_edges, boundary, genus
-from polycube.structure.neighbourhoods import codes, solid_genus
+from polycube.structure.neighbourhoods import codes, defect, solid_genus
 from polycube.surface.measures import connected
 from polycube.types import Polycube
 
@@ -54,6 +54,18 @@ def test_a_box_a_ring_a_void_and_boxes_that_touch_in_a_point_or_edge() -> None:
         pair[0, 0, 0] = pair[second] = True
         assert solid_genus(pair) is None
     assert solid_genus(np.zeros((2, 2, 2), bool)) is None
+
+
+def test_defects_are_counted() -> None:
+    """Voids, additional components, wrong handles, and pinched vertices."""
+    block = np.ones((3, 3, 3), bool)
+    ring, void, two = block.copy(), block.copy(), block.copy()
+    ring[1, 1], void[1, 1, 1], two[1] = False, False, False
+    assert [defect(block, 0), defect(block, 2), defect(ring, 1), defect(ring, 0)] == [0, 2, 0, 1]
+    assert [defect(void, 0), defect(two, 0)] == [1, 1]
+    touching = np.zeros((2, 2, 1), bool)
+    touching[0, 0] = touching[1, 1] = True
+    assert defect(touching, 0) > 0
 
 
 @pytest.mark.parametrize("seed", range(4))

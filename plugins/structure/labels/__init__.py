@@ -1,4 +1,4 @@
 """Propose polycubes from labels of the surface: one of six directions per face of the part.
 
-Imports `polycube`, `bricks` and `slices`.
+Imports `polycube` and `slices`.
 """

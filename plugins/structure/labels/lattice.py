@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from polycube.structure.neighbourhoods import defect
 from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
-from ..bricks.topology import defect
 from .charts import Charts
 from .order import Pair
 

@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.structure.lattice import collapse
+from polycube.structure.neighbourhoods import defect
 from polycube.surface.measures import connected, face_areas, twins
 from polycube.surface.voxels import winding_numbers
 from polycube.types import Polycube, TriMesh
 
-from ..bricks.topology import defect
 from ..labels.charts import field, stiffness
 from ..labels.lattices import OnBricks
 from .draws import Draw
