@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from polycube.diffusion.pairs.cad_shapes import CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
 
 if TYPE_CHECKING:
     from polycube.diffusion.pairs.any_structure import LatticePairs, PartPairs
     from polycube.diffusion.pairs.fixed_meshes import MeshPairs
+    from polycube.diffusion.pairs.machined import MachinedPairs
     from polycube.diffusion.pairs.pairs import Pairs
     from polycube.diffusion.pairs.templates import Context
 
@@ -130,6 +132,25 @@ class Published:
             raise ValueError("data=paper needs a grid; use data=paired with grid=any")
         chosen = _contexts(self.types, grid, primitives)
         return MeshPairs(grid, primitives, chosen, self.rounding)
+
+
+@register("data", "machined")
+@dataclass(frozen=True)
+class Machined(CadShapes):
+    """Polycubes of all contexts of the grid with the shapes of machined parts.
+
+    No network is trained on them: they measure what networks do on other shapes than their own.
+    """
+
+    pads = False
+
+    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MachinedPairs:
+        """The stream; pairs are computed by their number."""
+        from polycube.diffusion.pairs.machined import MachinedPairs
+
+        if not grid:
+            raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")
+        return MachinedPairs(grid, primitives, _contexts("all", grid, primitives), self, seed)
 
 
 @register("data", "parts")
