@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.diffusion.pairs.cad_shapes import CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
 
@@ -136,7 +135,7 @@ class Published:
 
 @register("data", "machined")
 @dataclass(frozen=True)
-class Machined(CadShapes):
+class Machined:
     """Polycubes of all contexts of the grid with the shapes of machined parts.
 
     No network is trained on them: they measure what networks do on other shapes than their own.
@@ -146,11 +145,14 @@ class Machined(CadShapes):
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MachinedPairs:
         """The stream; pairs are computed by their number."""
+        from polycube.diffusion.pairs.cad_shapes import CadShapes
         from polycube.diffusion.pairs.machined import MachinedPairs
 
         if not grid:
             raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")
-        return MachinedPairs(grid, primitives, _contexts("all", grid, primitives), self, seed)
+        return MachinedPairs(
+            grid, primitives, _contexts("all", grid, primitives), CadShapes(), seed
+        )
 
 
 @register("data", "parts")

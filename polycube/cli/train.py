@@ -12,7 +12,6 @@ from typing import Any, ParamSpec, TypeVar
 
 import hydra
 import lightning.pytorch as L
-import torch
 from hydra.errors import InstantiationException
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
@@ -54,8 +53,6 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     """Train a denoiser and write its weights to `folder`/weights; returns the final metrics."""
     manifest.check(folder, ["loss.png", *WEIGHTS, *CHECKPOINTS], remedy=OTHER_FOLDER)
     L.seed_everything(cfg["seed"], verbose=False)
-    if torch.cuda.is_available():
-        torch.set_float32_matmul_precision("high")  # TF32 in single precision
     data = build("data", cfg["data"])
     if cfg["grid"].get("among"):
         raise InputError("grid=auto is for infer.py; train.py needs a grid, or grid=any")

@@ -66,6 +66,11 @@ class DDPMPolycube(L.LightningModule):
         self._measured: dict[str, list[Tensor]] = defaultdict(list)
         self.example: tuple[Tensor, Tensor, Tensor] | None = None  # geometry, x_0, truth
 
+    def setup(self, stage: str) -> None:
+        """Let a GPU use TF32 in single precision."""
+        if torch.cuda.is_available():
+            torch.set_float32_matmul_precision("high")
+
     def draws(self, numbers: Tensor, image: tuple[int, int]) -> Draws:
         """Random values for images of the given size, for the pairs with these numbers (B,)."""
         steps, endpoint = self.denoiser.process.steps, self.learning.endpoint
