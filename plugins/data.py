@@ -145,14 +145,11 @@ class Machined:
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MachinedPairs:
         """The stream; pairs are computed by their number."""
-        from polycube.diffusion.pairs.cad_shapes import CadShapes
         from polycube.diffusion.pairs.machined import MachinedPairs
 
         if not grid:
             raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")
-        return MachinedPairs(
-            grid, primitives, _contexts("all", grid, primitives), CadShapes(), seed
-        )
+        return MachinedPairs(grid, primitives, _contexts("all", grid, primitives), seed)
 
 
 @register("data", "parts")

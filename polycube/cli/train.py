@@ -89,10 +89,10 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     if cfg["fit"]:
         trainer.fit(module, datamodule=images, ckpt_path=checkpoint)
     else:
-        trainer.validate(module, images, ckpt_path=checkpoint, verbose=False)
+        trainer.validate(module, datamodule=images, ckpt_path=checkpoint, verbose=False)
     measured = dict(trainer.callback_metrics)
     if cfg["test"]:
-        trainer.test(module, images, verbose=False)
+        trainer.test(module, datamodule=images, verbose=False)
         measured |= trainer.callback_metrics
     metrics = {name.replace("/", "_"): float(value) for name, value in measured.items()}
     metrics |= {"steps": module.steps_done, "samples": module.pairs_done}
@@ -174,12 +174,11 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
         "log_every_n_steps": min(cfg["trainer"]["log_every_n_steps"], cfg["batches_per_epoch"]),
     }
     callbacks, plugins = (_instances(given.pop(name, None)) for name in ("callbacks", "plugins"))
-    chosen = _instances(cfg["callbacks"])
     if "logger" not in given:
         given["logger"] = _instance(cfg["logger"], save_dir=str(folder))
     trainer = _instance(
         given,
-        callbacks=[best, last, Pictures(), *chosen, *callbacks],
+        callbacks=[best, last, Pictures(), *_instances(cfg["callbacks"]), *callbacks],
         plugins=[AtomicCheckpoints(folder), *plugins],
     )
     if cfg["fit"] and cfg["ema"]:
@@ -187,7 +186,7 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
         device = trainer.strategy.root_device  # device of the weights
         trainer.callbacks.insert(0, WeightAveraging(device, multi_avg_fn=average))
     for name in ("held_out", "test"):
-        if cfg[name] % trainer.world_size:
+        if cfg[name] < 0 or cfg[name] % trainer.world_size:
             raise InputError(
                 f"{name} must be a multiple of the {trainer.world_size} processes that share it; "
                 f"got {cfg[name]}"

@@ -25,7 +25,7 @@ def defect(occupancy: np.ndarray, genus: int) -> int:
     (X, Y, Z) is full.
     """
     full = _padded(occupancy)
-    total, pinched, _ = TABLE[codes(full)].sum(axis=(0, 1, 2))
+    total, pinched = TABLE[codes(full)].sum(axis=(0, 1, 2))
     solids, outside = label(full)[1], label(~full)[1]
     handles = solids + outside - 1 - total // 8
     return int(pinched + solids - 1 + outside - 1 + abs(handles - genus))
@@ -77,19 +77,17 @@ def flip(
 
 
 def _table() -> np.ndarray:
-    """(256, 3) table for the codes of 2 x 2 x 2 cells.
+    """(256, 2) table for the codes of 2 x 2 x 2 cells.
 
-    The columns are 8 times the contribution to the Euler number; 1 for a pinched point; 1 for a
-    corner of the boundary, i.e. if the cells are not symmetric along any axis.
+    The columns are 8 times the contribution to the Euler number, and 1 for a pinched point.
     """
-    table = np.zeros((256, 3), np.int64)
+    table = np.zeros((256, 2), np.int64)
     for code in range(256):
         cells = np.array([code >> bit & 1 for bit in range(8)], bool).reshape(2, 2, 2)
         edges = sum(cells.take(s, axis).any() for axis in range(3) for s in range(2))
         faces = sum(cells.any(axis=axis).sum() for axis in range(3))
         table[code, 0] = 8 * cells.any() - 4 * edges + 2 * faces - cells.sum()
         table[code, 1] = any(label(part)[1] > 1 for part in (cells, ~cells))
-        table[code, 2] = all((cells.take(0, a) != cells.take(1, a)).any() for a in range(3))
     return table
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from polycube.diffusion.encoding import box_of, learning_frame, pixels_of
 from polycube.diffusion.pairs.deformation import Deformation
-from polycube.diffusion.pairs.templates import Context, template
+from polycube.diffusion.pairs.templates import Context, Template, template
 from polycube.surface.measures import unit
 from polycube.types import freeze
 
@@ -56,14 +56,18 @@ class Pairs:
         """Pair number `index` >= 0: points distributed evenly by the area of the geometry."""
         rng = np.random.default_rng([self.seed, index])
         context = self.contexts[index % len(self.contexts)]
-        shape = self._template(context)
-        deformed = self.deformation.deform(shape, rng)
+        shape, deformed = self.shape(context, rng)
         box = box_of(self.grid, context, self.pads)
         deformed = learning_frame(deformed, box=box).apply(deformed)
         labels = np.stack([shape.axis, shape.cell, shape.wall], axis=1)
         surfaces, number = (deformed, shape.vertices), len(pixels_of(context, self.pads))
         drawn = sampled(shape.faces, surfaces, labels, number, self.deformation, rng)
         return Pair(*drawn, context)
+
+    def shape(self, context: Context, rng: np.random.Generator) -> tuple[Template, np.ndarray]:
+        """The polycube of a context, and the places (V, 3) of its vertices on a random geometry."""
+        template = self._template(context)
+        return template, self.deformation.deform(template, rng)
 
 
 def sample(

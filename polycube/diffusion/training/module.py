@@ -4,6 +4,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from functools import reduce
+from math import ceil
 from typing import Any
 
 import lightning.pytorch as L
@@ -217,7 +218,7 @@ class DDPMPolycube(L.LightningModule):
         """The optimizer, with a rate for each epoch that rises over the first batches."""
         most, trainer = self.trainer.max_epochs or -1, self.trainer
         trainer.fit_loop.setup_data()  # for the number of batches
-        steps = max(1, int(trainer.num_training_batches) // trainer.accumulate_grad_batches)
+        steps = ceil(trainer.num_training_batches / trainer.accumulate_grad_batches)  # of an epoch
         factors = rate_factors(self.learning.decay, most) if most > 0 else [1.0]
 
         def factor(step: int) -> float:
