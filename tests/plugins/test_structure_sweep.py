@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from polycube.config import compose
 from polycube.errors import InputError
 from polycube.hexmesh.background.arrangement import arrangement
-from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import feet, layers
@@ -29,6 +29,7 @@ from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.background.stack import _with_further, stack
+from polycube.plugins.structure.background.sweep import Sweep
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
@@ -296,6 +297,22 @@ def test_smoothing_unfolds_quads_and_does_not_move_others():
     thrown = places + is_free[:, None] * np.random.default_rng(0).uniform(-2, 2, places.shape)
     assert sines(thrown, quads).min() < 0
     assert smoothed(thrown, quads, is_free) == pytest.approx(places, abs=0.02)
+
+
+def test_details_are_merged_if_there_are_no_quads_with_them():
+    """A chord and two chords of a flat arc, 0.07 % of the diagonal apart, have an edge each."""
+    rise = 0.004
+    at = [(0, 0), (4, 0), (4, 1), (4, 3), (0, 3), (0, 1), (1, 1), (1.3, 1), (1.15, 1 + rise)]
+    ring = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 0)]
+    lines = np.array([*ring, (5, 6), (6, 7), (7, 2), (6, 8), (8, 7)])
+    levels = np.array([0, 1, 1 + rise, 2])
+    part = Background(np.array(at), lines, np.zeros((0, 2)), levels, lambda places: places)
+    flat, merged, full = Sweep.section(box((0, 0, 0), (4, 3, 2)), part, SIZES)
+    assert merged.levels == pytest.approx([0, 1 + rise / 2, 2])
+    assert full.tolist() == [[True, True], [True, True]]
+    sine = sines(flat.vertices, flat.quads)
+    assert sine.min() > 0.5
+    assert not np.isclose(flat.vertices[:, 1], 1 + rise).any()
 
 
 def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():

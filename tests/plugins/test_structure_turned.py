@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.columns import feet
+from polycube.hexmesh.background.core import disc
 from polycube.hexmesh.background.smoothing import sines
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.plugins.structure.background.axis import main_axis
-from polycube.plugins.structure.background.core import disc
 from polycube.plugins.structure.background.profile import profile
 from polycube.surface import measures
 from polycube.surface.voxels import winding_numbers

@@ -24,7 +24,7 @@ from polycube.types import HexMesh, TriMesh
 from tests.fixtures import columns
 from tests.fixtures.cad_parts import write
 from tests.fixtures.lofted import CHAMFERED, DRAFTED, SQUARE, inset, lofted
-from tests.fixtures.machined import bored
+from tests.fixtures.machined import bored, prism, rod
 from tests.fixtures.surfaces import torus
 from tests.fixtures.turned import revolved
 
@@ -249,6 +249,49 @@ def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
     assert len(np.unique(part.surface.region)) == len(np.unique(surface.region)) + 3
     assert part.levels == pytest.approx(half[1] / 3 * np.array([-1, 1]))
     assert part.is_cap[part.is_changed].sum() == pytest.approx(part.is_changed.sum() / 2, abs=8)
+
+
+def test_a_boss_across_the_axis_becomes_a_smaller_square():
+    part = set_upright(rod(48), np.array([1.0, 0, 0]))
+    half = np.pi / 4 * np.array([1, 1])
+    round_ = np.linalg.norm(rod(48).vertices[:, :2], axis=1) > 0.99
+    square = part.surface.vertices[round_, :2]
+    assert abs(square / half).max(axis=1) == pytest.approx(np.ones(round_.sum()))
+    assert measures.volume(part.surface) == pytest.approx(2 * np.pi**2 / 4)
+    assert part.levels == pytest.approx(half[1] / 3 * np.array([-1, 1]))
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0])
+def test_a_round_end_between_two_caps_becomes_a_wall(turn):
+    """The half disc of radius 1 at x = 1 has the area of the rectangle, which has four corners."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 25)
+    end = np.stack([1 + np.cos(angle), np.sin(angle)], axis=1)
+    outline = [(-1.0, -1.0), *end.tolist(), (-1.0, 1.0)]
+    surface = prism((outline, [range(len(outline))]), 0.0, 2.0)
+    middle = surface.vertices[surface.faces].mean(axis=1)
+    region = np.where((middle[:, 0] > 1) & (abs(middle[:, 2] - 1) < 0.99), 50, surface.region)
+    spin = Rotation.from_rotvec([0, turn, 0]).as_matrix() @ [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+    surface = TriMesh(surface.vertices @ np.array(spin).T, surface.faces, region)
+    part = set_upright(surface, spin @ np.array([0, 1.0, 0]))
+    flat = part.surface.vertices @ spin
+    assert flat[:, 0].max() == pytest.approx(1 + np.pi / 4)
+    assert measures.volume(part.surface) == pytest.approx(2 * (4 + np.pi / 2))
+    assert part.levels == pytest.approx(np.array([-1, 1]) / 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "handles", "error", "most"),
+    [("lug", 3, 0.02, 2200), pytest.param("tee", 2, 0.09, 4500, marks=pytest.mark.slow)],
+)
+def test_parts_with_bosses_in_other_directions_are_swept(name, handles, error, most, tmp_path):
+    """Before the fit, the walls of two equal pipes are too thick where these meet."""
+    surface, _ = read_surface(write(name, tmp_path))
+    mesh = hexes_of(surface, around_hole=12)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface) == handles
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=error)
+    assert (scaled_jacobian(mesh.vertices, mesh.hexes) < 0.1).mean() < 0.03  # left to the fit
+    assert len(mesh.hexes) < most
 
 
 @pytest.mark.parametrize("name", ["bracket", "angle"])

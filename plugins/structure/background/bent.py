@@ -37,7 +37,7 @@ class Bent(ColumnStructure):
 
         found = path(surface)
         part = found.background
-        flat, full = self.section(surface, part, sizes)
+        flat, part, full = self.section(surface, part, sizes)
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         for k, (motion, radius) in enumerate(zip(found.motions, found.radius, strict=True)):
             if motion.angle:

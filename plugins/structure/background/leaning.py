@@ -1,4 +1,4 @@
-"""Faces that are neither across an axis nor along it: their borders, and how they become square."""
+"""Faces that are neither across an axis nor along it: their borders, and the lines over these."""
 
 from typing import NamedTuple
 
@@ -8,11 +8,10 @@ from polycube.hexmesh.background.plane import cross
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import edges, half_edges, triangle_vectors
+from polycube.surface.measures import edges, half_edges
 from polycube.types import TriMesh
 
 LEVEL = 1e-2  # largest slope of a curve at constant height
-TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 
 
 class Border(NamedTuple):
@@ -94,79 +93,6 @@ def _tip(
 def is_loop(vertices: np.ndarray) -> bool:
     """Whether a line returns to its first vertex."""
     return len(vertices) > 1 and bool(vertices[0] == vertices[-1])
-
-
-class SquaredOff(NamedTuple):
-    """The rounding of an edge, made square.
-
-    Parameters
-    ----------
-    upper : (N,) whether each of its triangles is in the plane of the cap
-    levels : (L,) heights that divide its part in the wall
-    fine : (P, 3) places at its ends in the plane, and the length of edges there
-    is_split : whether two hexes are to meet at half its turn, too
-    """
-
-    upper: np.ndarray
-    levels: np.ndarray
-    fine: np.ndarray
-    is_split: bool
-
-
-def squared_off(
-    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float, any_sign: bool
-) -> SquaredOff | None:
-    """Make the rounding of an edge between a wall and a cap square, in place.
-
-    Then four hexes meet at each of its borders, where the part is smooth.
-
-    Parameters
-    ----------
-    at, before : (V, 3) vertices in the frame, now and before any face was set
-    base : number of its border at the wall
-    chord : largest distance of an edge from the rounding
-    any_sign : whether the rounding may be concave
-
-    Returns
-    -------
-    None, without changes, if the face is not such a rounding.
-    """
-    foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
-    vectors = triangle_vectors(before[face.faces])
-    steep = abs(vectors[:, 2]) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
-    at_foot, at_top = (
-        np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
-    )
-    if steep[at_foot].mean() > TANGENT or steep[at_top].mean() < np.sqrt(1 - TANGENT**2):
-        return None
-    used, faces = np.unique(face.faces, return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    outer, inner = (over(before, before, face, end)[used] for end in (base, 1 - base))
-    out = outer - before[used, :2]
-    is_convex = bool((vectors[:, :2] * out[faces].mean(axis=1)).sum() > 0)
-    if not (is_convex or any_sign):
-        return None
-    low, high = before[foot, 2].mean(), before[top, 2].mean()
-    rise = (before[used, 2] - low) / (high - low)
-    run = 1 - np.linalg.norm(out, axis=1) / np.linalg.norm(outer - inner, axis=1)
-    share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
-    upper = share[faces].mean(axis=1) > 0.5
-    is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
-    share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
-    share[is_upper & is_lower] = 0.5
-    profile = np.column_stack([before[used, 2], np.linalg.norm(out, axis=1)])
-    outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
-    low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
-    parts = (len(between(profile, chord)) + 2) // 2
-    is_split = is_convex and parts > 1  # the column of hexes there is collapsed
-    parts += is_split
-    in_plane = np.clip(2 * share - 1, 0, 1)
-    at[used, :2] = outer + in_plane[:, None] * (inner - outer)
-    at[used, 2] = low + np.clip(2 * share, 0, 1) * (high - low)
-    middle = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
-    rows = parts + is_split  # an even number
-    fine = np.column_stack([at[used[middle], :2], width[middle] / rows])
-    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine, is_split)
 
 
 def over(at: np.ndarray, before: np.ndarray, face: Leaning, base: int) -> np.ndarray:

@@ -18,7 +18,7 @@ from polycube.types import HexMesh, TriMesh
 from .upright import Upright
 
 INVERTED = 0.02  # largest share of inverted hexes, which the fit can still unfold
-FILLED = 0.05  # largest relative difference of the volumes
+FILLED = 0.1  # largest relative difference of the volumes
 ON = 1e-3  # of the diagonal: distance within which a vertex is on a face or curve
 # smallest distance of a row of vertices from the border of a rounding, relative to that from the
 # edge at half its turn, so that at least two rows are left

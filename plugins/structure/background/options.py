@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 GOOD = 0.5  # smallest scaled Jacobian of exact hexes with which no others are proposed
+# of the diagonal: sizes of details that are merged if there are no quads with them
+DETAILS = 5e-4, 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,27 +119,30 @@ class ColumnStructure(Structure):
         return Sizes(size, chord, max([self.across_wall, *through]), around)
 
     @staticmethod
-    def section(surface: TriMesh, part: Background, sizes: Sizes) -> tuple[Section, np.ndarray]:
-        """The quads of the section of a part, and whether each cell is full in each slab (C, K).
+    def section(
+        surface: TriMesh, part: Background, sizes: Sizes
+    ) -> tuple[Section, Background, np.ndarray]:
+        """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
+
+        If details such as the run-out of a fillet at a tangent leave no quads, they are merged.
 
         Raises
         ------
         NoBackgroundError, NoQuadsError
             If there are none.
         """
-        from polycube.hexmesh.background.arrangement import arrangement
-        from polycube.hexmesh.background.cells import cells
-        from polycube.hexmesh.background.curves import curves, curves_round
-        from polycube.hexmesh.background.section import section
-        from polycube.surface.measures import diagonal
+        from polycube.hexmesh.background.background import NoBackgroundError
+        from polycube.hexmesh.generation.quads import NoQuadsError
 
         from .stack import NEAR
 
-        near = NEAR * diagonal(surface)
-        points, edges = arrangement(part.points, part.lines, near)
-        filled = cells(surface, part, points, edges)
-        chains = curves(points, edges, part.marks, 10 * near)
-        return section(chains, curves_round(chains, filled), filled.full, sizes), filled.full
+        reasons: list[Exception] = []
+        for share in (NEAR, *DETAILS):
+            try:
+                return _section(surface, part, sizes, share)
+            except (NoBackgroundError, NoQuadsError) as reason:
+                reasons.append(reason)
+        raise reasons[0]
 
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
@@ -148,6 +153,26 @@ class ColumnStructure(Structure):
         NoBackgroundError, NoQuadsError
             If it has no such section.
         """
+
+
+def _section(
+    surface: TriMesh, part: Background, sizes: Sizes, share: float
+) -> tuple[Section, Background, np.ndarray]:
+    """The section whose points and levels are merged below a share of the diagonal."""
+    from polycube.hexmesh.background.arrangement import arrangement
+    from polycube.hexmesh.background.cells import cells
+    from polycube.hexmesh.background.curves import curves, curves_round
+    from polycube.hexmesh.background.section import section
+    from polycube.surface.measures import diagonal
+
+    from .stack import NEAR
+
+    unit = diagonal(surface)
+    part = part.with_distinct_levels(share * unit)
+    points, edges = arrangement(part.points, part.lines, share * unit)
+    filled = cells(surface, part, points, edges)
+    chains = curves(points, edges, part.marks, max(10 * NEAR, share) * unit)
+    return section(chains, curves_round(chains, filled), filled.full, sizes), part, filled.full
 
 
 def _is_good(candidate: Candidate) -> bool:

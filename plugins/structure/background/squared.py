@@ -1,198 +1,30 @@
-"""Holes across an axis, made square, so that they are stacks of slabs as well.
+"""Round faces made square: holes, bosses, rounded edges and ends.
 
 Four hexes meet the rim of a round hole at each corner of the square: there the hole is smooth, and
-each hex has an angle of 60 degrees.
+each hex has an angle of 60 degrees. At the corners of a boss, of a rounded edge and of an end, one
+hex has an angle of 180 degrees less that of an edge round it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import area_vectors, connected, edges, euler, half_edges, place
+from polycube.surface.measures import place, triangle_vectors
 from polycube.types import TriMesh
+
+from .leaning import Leaning, between, over
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circle, by its radius
-STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
-ROUND = 0.9  # largest share of the squared normals in one direction for a round face
-HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
-BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
-ALIGNED = 0.15  # of half the height of a hole: difference between heights that become equal
-INNER = 0.7  # of half a side: its part in which edges have a length of their own
+    from .holes import Hole
 
-Pairs = tuple[np.ndarray, np.ndarray]
-
-
-class Hole(NamedTuple):
-    """A ring of faces along a direction across the upright axis, which surrounds no material.
-
-    Parameters
-    ----------
-    faces : (N,) its triangles
-    across : (3,) unit vector, perpendicular to its direction and to the upright axis
-    middle : (2,) its centre: along `across`, and the height
-    extent : (2,) half its width and half its height
-    wide : least half width of its square beside the windows, relative to that of the hole
-    sides : (2,) heights of the lower and the upper side of the square
-    rims : vertices of the loops around it
-    windows : vertices of the other loops at its border, where other holes meet it
-    """
-
-    faces: np.ndarray
-    across: np.ndarray
-    middle: np.ndarray
-    extent: np.ndarray
-    wide: float
-    sides: np.ndarray
-    rims: list[np.ndarray]
-    windows: list[np.ndarray]
-
-    @property
-    def width(self) -> float:
-        """Half the width of the square."""
-        return float(max(HALF, self.wide) * self.extent[0])
-
-    def parts(self, sizes: Sizes) -> int:
-        """Number of edges along each side of the square that its roundness requires."""
-        return int(np.ceil(sizes.around(float(self.extent.mean())) / 4 - 0.05))
-
-    def levels(self, sizes: Sizes) -> np.ndarray:
-        """(N,) heights that divide its upright sides."""
-        return np.linspace(self.sides[0], self.sides[1], self.parts(sizes) + 1)[1:-1]
-
-    def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
-        """(N, 3) places along its other sides, and the length of edges there."""
-        places = at[np.unique(faces[self.faces])]
-        inner = abs(places @ self.across - self.middle[0]) < INNER * self.width
-        length = np.full(inner.sum(), 2 * self.width / self.parts(sizes))
-        return np.column_stack([places[inner, :2], length])
-
-
-def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> list[Hole]:
-    """The round holes and slots that contain some faces of a surface.
-
-    Sides of their squares at nearly the same height are at the same one, to save thin layers.
-    Polygonal passages are left to polycubes, which have fewer hexes there.
-
-    Parameters
-    ----------
-    at : (V, 3) vertices in a frame whose last axis is upright
-    pairs : of half-edges on a common edge, as `twins` finds them
-    numbers : CAD faces
-    """
-    found = list(_holes(surface, at, pairs, numbers))
-    if not found:
-        return found
-    heights = np.concatenate([hole.sides for hole in found])
-    order = np.argsort(heights, kind="stable")
-    near = ALIGNED * np.repeat([hole.extent[1] for hole in found], 2)[order]
-    gap = np.diff(heights[order]) > np.minimum(near[1:], near[:-1])
-    group = np.append(0, np.cumsum(gap))
-    heights[order] = (np.bincount(group, heights[order]) / np.bincount(group))[group]
-    sides = heights.reshape(-1, 2)
-    return [hole._replace(sides=own) for hole, own in zip(found, sides, strict=True)]
-
-
-def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> Iterator[Hole]:
-    vectors = area_vectors(TriMesh(at, surface.faces))
-    seen = np.zeros(len(surface.faces), bool)
-    for number in numbers:
-        own = np.flatnonzero(surface.region == number)
-        along = _direction(vectors[own])
-        if along is None or seen[own].any():
-            continue
-        ring = _ring(surface, at, pairs, vectors, along, own)
-        seen[ring] = True
-        hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
-        if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
-            yield hole
-
-
-def _direction(vectors: np.ndarray) -> np.ndarray | None:
-    """(3,) direction across the upright axis along a face with some area vectors (N, 3)."""
-    area = np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
-    spread, axes = np.linalg.eigh((vectors / area[:, None]).T @ vectors / area.sum())
-    along = axes[:, 0] if spread[1] > STRAIGHT else np.cross([0, 0, 1], axes[:, 2])
-    if spread[0] > STRAIGHT or along[2] ** 2 > STRAIGHT:
-        return None
-    return np.array([*along[:2], 0]) / np.linalg.norm(along[:2])
-
-
-def _ring(
-    surface: TriMesh,
-    at: np.ndarray,
-    pairs: Pairs,
-    vectors: np.ndarray,
-    along: np.ndarray,
-    own: np.ndarray,
-) -> np.ndarray:
-    """(N,) triangles of the faces along a direction that are connected by edges along it."""
-    area = np.linalg.norm(vectors, axis=1)
-    size = np.bincount(surface.region, area)
-    lean = np.bincount(surface.region, (vectors @ along) ** 2 / np.maximum(area, 1e-300))
-    is_along = (lean < STRAIGHT * size)[surface.region]
-    one, two = pairs
-    step = np.diff(at[half_edges(surface.faces)[one]], axis=1)[:, 0]
-    square = (step**2).sum(axis=1)
-    joins = surface.region[one // 3] == surface.region[two // 3]
-    joins |= (square - (step @ along) ** 2) < STRAIGHT * square
-    joins &= is_along[one // 3] & is_along[two // 3]
-    piece = connected(one[joins] // 3, two[joins] // 3, len(surface.faces))
-    return np.flatnonzero(np.isin(piece, piece[own]) & is_along)
-
-
-def _hole(
-    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, across: np.ndarray, ring: np.ndarray
-) -> Hole | None:
-    """The hole inside a ring of faces, if one is curved and all are visible from its centre."""
-    flat = np.stack([at @ across, at[:, 2]], axis=1)
-    places = flat[surface.faces[ring]]
-    if not len(ring):
-        return None
-    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
-    middle = (low + high) / 2
-    normals = np.stack([vectors[ring] @ across, vectors[ring, 2]], axis=1)
-    inward = np.einsum("nd,nd->n", middle - places.mean(axis=1), normals)
-    if -inward.clip(max=0).sum() > HIDDEN * inward.clip(0).sum():
-        return None
-    for number in np.unique(surface.region[ring]):
-        own = normals[surface.region[ring] == number]
-        if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
-            loops = _loops(surface.faces[ring])
-            turns = [_turn(flat[loop] - middle) for loop in loops]
-            rims, windows = (
-                [loop for loop, turn in zip(loops, turns, strict=True) if bool(turn) == is_round]
-                for is_round in (True, False)
-            )
-            extent = (high - low) / 2
-            seen = np.concatenate([np.zeros((0, 2)), *(flat[loop] for loop in windows)])
-            wide = abs(seen[:, 0] - middle[0]).max(initial=0) / extent[0]
-            wide += min(BESIDE, (1 - wide) / 2)
-            sides = middle[1] + HALF * extent[1] * np.array([-1, 1])
-            return Hole(ring, across, middle, extent, wide, sides, rims, windows)
-    return None
-
-
-def _loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Vertices of the loops at the border of triangles."""
-    ends, number, _ = edges(faces)
-    border = ends[number == 1]
-    return [vertices_of(border, chain)[:-1] for chain in chains_of(border)]
-
-
-def _turn(places: np.ndarray) -> int:
-    """Number of turns of a loop (N, 2) about the origin."""
-    angle = np.arctan2(places[:, 1], places[:, 0])
-    return round(
-        ((np.diff(angle, append=angle[0]) + np.pi) % (2 * np.pi) - np.pi).sum() / np.pi / 2
-    )
+TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
+STRAIGHT = 0.02  # sine: tolerance for the direction and the borders of a round end
+BLUNT = np.pi / 4  # width of the square with the area of a half disc, by its radius
 
 
 def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
@@ -230,10 +62,9 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    half, (low, high) = hole.width, hole.sides
-    corner = np.array([[half, low], [half, high], [-half, high], [-half, low], [half, low]])
+    (left, right), (low, high) = hole.sides
+    corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
     flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-    flat[:, 0] += hole.middle[0]
     along = at[used] @ np.cross(hole.across, [0, 0, 1])
     for rim in (np.searchsorted(used, loop) for loop in hole.rims):
         known = rim[np.argsort(before[rim, 0], kind="stable")]
@@ -246,3 +77,139 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]])
     at[used] += np.multiply.outer(along, np.cross(hole.across, [0, 0, 1]))
     return side
+
+
+class SquaredOff(NamedTuple):
+    """The rounding of an edge, made square.
+
+    Parameters
+    ----------
+    upper : (N,) whether each of its triangles is in the plane of the cap
+    levels : (L,) heights that divide its part in the wall
+    fine : (P, 3) places at its ends in the plane, and the length of edges there
+    is_split : whether two hexes are to meet at half its turn, too
+    """
+
+    upper: np.ndarray
+    levels: np.ndarray
+    fine: np.ndarray
+    is_split: bool
+
+
+def squared_off(
+    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float, any_sign: bool
+) -> SquaredOff | None:
+    """Make the rounding of an edge between a wall and a cap square, in place.
+
+    Then four hexes meet at each of its borders, where the part is smooth.
+
+    Parameters
+    ----------
+    at, before : (V, 3) vertices in the frame, now and before any face was set
+    base : number of its border at the wall
+    chord : largest distance of an edge from the rounding
+    any_sign : whether the rounding may be concave
+
+    Returns
+    -------
+    None, without changes, if the face is not such a rounding.
+    """
+    foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
+    vectors = triangle_vectors(before[face.faces])
+    steep = abs(vectors[:, 2]) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
+    at_foot, at_top = (
+        np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
+    )
+    if steep[at_foot].mean() > TANGENT or steep[at_top].mean() < np.sqrt(1 - TANGENT**2):
+        return None
+    used, faces = np.unique(face.faces, return_inverse=True)
+    faces = faces.reshape(-1, 3)
+    outer, inner = (over(before, before, face, end)[used] for end in (base, 1 - base))
+    out = outer - before[used, :2]
+    is_convex = bool((vectors[:, :2] * out[faces].mean(axis=1)).sum() > 0)
+    if not (is_convex or any_sign):
+        return None
+    low, high = before[foot, 2].mean(), before[top, 2].mean()
+    rise = (before[used, 2] - low) / (high - low)
+    run = 1 - np.linalg.norm(out, axis=1) / np.linalg.norm(outer - inner, axis=1)
+    share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
+    upper = share[faces].mean(axis=1) > 0.5
+    is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
+    share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
+    share[is_upper & is_lower] = 0.5
+    profile = np.column_stack([before[used, 2], np.linalg.norm(out, axis=1)])
+    outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
+    low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
+    parts = (len(between(profile, chord)) + 2) // 2
+    is_split = is_convex and parts > 1  # the column of hexes there is collapsed
+    parts += is_split
+    in_plane = np.clip(2 * share - 1, 0, 1)
+    at[used, :2] = outer + in_plane[:, None] * (inner - outer)
+    at[used, 2] = low + np.clip(2 * share, 0, 1) * (high - low)
+    middle = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
+    rows = parts + is_split  # an even number
+    fine = np.column_stack([at[used[middle], :2], width[middle] / rows])
+    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine, is_split)
+
+
+class RoundEnd(NamedTuple):
+    """A rounding between two caps, made square.
+
+    Parameters
+    ----------
+    part : (N,) of each of its triangles: 0 in the lower cap, 1 in the wall, 2 in the upper cap
+    levels : (L,) heights that divide its wall
+    fine : (P, 3) places in its caps, and the length of edges there
+    """
+
+    part: np.ndarray
+    levels: np.ndarray
+    fine: np.ndarray
+
+
+def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -> RoundEnd | None:
+    """Make the end of a lug across the axis square, in place: a wall between two caps.
+
+    Four hexes meet where it has turned by 45 and by 135 degrees.
+
+    Parameters
+    ----------
+    at, before : (V, 3) vertices in the frame, now and before any face was set
+
+    Returns
+    -------
+    None, without changes, if the face is no convex rounding from one cap to another whose borders
+    are straight and opposite.
+    """
+    low, high = (border.vertices for border in face.borders)
+    used, faces = np.unique(face.faces, return_inverse=True)
+    vectors = triangle_vectors(before[face.faces])
+    out = vectors[:, :2].sum(axis=0)
+    out /= max(np.linalg.norm(out), 1e-300)
+    along = vectors @ np.array([-out[1], out[0], 0])
+    depth = before[:, :2] @ out
+    size, foot = np.ptp(before[used, 2]), depth[np.concatenate([low, high])]
+    if np.ptp(foot) > STRAIGHT * size or abs(along).sum() > STRAIGHT * abs(vectors).sum():
+        return None
+    middle, radius = before[used, 2].mean(), (depth[used] - foot.mean()).max()
+    bottom, top = before[low, 2].mean(), before[high, 2].mean()
+    middle = (bottom + top) / 2
+    turn = np.arctan2((depth[used] - foot.mean()) / radius, (middle - before[used, 2]) * 2 / size)
+    if radius < STRAIGHT * size or turn.min() < -STRAIGHT:
+        return None
+    share = np.clip(turn / (np.pi / 2) + 0.5, 0.5, 2.5)
+    triangles = share[faces.reshape(-1, 3)]
+    part = np.clip(np.floor(triangles.mean(axis=1)), 0, 2).astype(np.int64)
+    for one in (1, 2):  # vertices between two parts are at the edge between them
+        ends = [np.unique(faces.reshape(-1, 3)[own]) for own in (part < one, part >= one)]
+        share[ends[0]] = np.minimum(share[ends[0]], one)
+        share[ends[1]] = np.maximum(share[ends[1]], one)
+    run = BLUNT * radius * np.interp(share, [0.5, 1, 2, 2.5], [0, 1, 1, 0])
+    bottom, top = at[low, 2].mean(), at[high, 2].mean()
+    at[used, :2] += np.multiply.outer(run - (depth[used] - foot.mean()), out)
+    at[used, 2] = np.interp(share, [1, 2], [bottom, top])
+    number = int(np.ceil(sizes.around(radius) / 4 - 0.05))
+    inner = (share < 1) & (share > 0.5)
+    length = np.full(inner.sum(), BLUNT * radius / max(1, round(number / 2)))
+    fine = np.column_stack([at[used[inner], :2], length])
+    return RoundEnd(part, np.linspace(bottom, top, number + 1)[1:-1], fine)

@@ -12,7 +12,7 @@ from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import curved_faces, diagonal, half_edges, place, twins
 from polycube.types import TriMesh
 
-from .squared import Pairs
+from .holes import Pairs
 from .upright import Upright, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
+OBLIQUE = 5e-3  # tangent: tolerance for curves on walls along the axis or across it
 PLANE = 0.01  # share of the area that a nearly plane face may lose in its mean direction
 AXES = 6  # number of directions tried, those of the largest planes
 
@@ -111,7 +112,7 @@ def _stack(
     border = wall[adjacent[:, 0]] != wall[adjacent[:, 1]]
     rise = abs(np.diff(height[ends], axis=1)[:, 0])
     run = np.linalg.norm(np.diff(across[ends], axis=1)[:, 0], axis=1)
-    askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, FLAT * (rise + run)))
+    askew = border & ~on_cap & (np.minimum(rise, run) > np.maximum(near, OBLIQUE * (rise + run)))
     if askew.any():
         where = surface.vertices[ends[np.argmax(askew)]].mean(axis=0)
         raise NoBackgroundError(f"a curve is oblique on the walls near {place(surface, where)}")

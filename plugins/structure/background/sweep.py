@@ -51,7 +51,7 @@ class Sweep(ColumnStructure):
             part = part.with_lines(lines @ frame(UPWARD)[:2, :2].T)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
-        flat, full = self.section(straight.surface if straight else surface, part, sizes)
+        flat, part, full = self.section(straight.surface if straight else surface, part, sizes)
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)

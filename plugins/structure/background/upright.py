@@ -2,8 +2,9 @@
 
 A face that leans has two borders at constant heights. If only one of them is at a wall, the face
 becomes a wall over it. If both are, or if the face is shallow, it becomes a plane at the height of
-one of them. The convex rounding of an edge between a wall and a cap becomes square, and faces that
-slope but have other borders become flat.
+one of them. The convex rounding of an edge between a wall and a cap becomes square, and so do the
+round end of a lug between two caps, holes and bosses across the axis. Faces that slope but have
+other borders become flat.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from polycube.surface.measures import (
 )
 from polycube.types import TriMesh
 
-from .leaning import Leaning, between, is_loop, leaning, over, squared_off
-from .squared import Pairs, holes_across, square
+from .holes import Pairs, holes_across
+from .leaning import Leaning, between, is_loop, leaning, over
+from .squared import round_end, square, squared_off
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
@@ -74,7 +76,7 @@ def upright(
     sizes: Sizes,
     may_slope: bool = True,
 ) -> Upright:
-    """Set the leaning faces of a surface upright or flat, and make holes across the axis square.
+    """Set the leaning faces of a surface upright or flat, and make holes and bosses square.
 
     Parameters
     ----------
@@ -144,6 +146,17 @@ def upright(
                 continue
         if min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
+        if len(ends) == 2 and all(at_cap for _, at_cap in ends):
+            end = round_end(at, before, face, sizes)
+            if end is not None:
+                own = np.flatnonzero(region == number)
+                region[own] = len(is_wall) + end.part
+                is_wall[number] = True  # for the faces beside it
+                is_wall = np.append(is_wall, [False, True, False])
+                is_cap = np.append(is_cap, [True, False, True])
+                levels.append(end.levels)
+                fine.append(end.fine)
+                continue
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
         if is_wall[number]:

@@ -42,3 +42,10 @@ class Background:
             points=np.concatenate([self.points, lines.reshape(-1, 2)]),
             lines=np.concatenate([self.lines, new]),
         )
+
+    def with_distinct_levels(self, near: float) -> "Background":
+        """With the means of levels that are closer than `near`; the first and the last one stay."""
+        group = np.append(0, np.cumsum(np.diff(self.levels) > near))
+        levels = np.bincount(group, self.levels) / np.bincount(group)
+        levels[[0, -1]] = self.levels[[0, -1]]
+        return replace(self, levels=levels)
