@@ -228,7 +228,9 @@ class Run:
                 ended = "user"
             except MeshingError as error:
                 logger.warning("warning: %s; the mesh before is the result", error)
-        found = replace(found, ranked=history.ranked, moves=tuple(history.table))
+        is_judged = found.hexes is leader.state.hexes and not found.unfitted
+        verdict = leader.verdict if is_judged else None
+        found = replace(found, ranked=history.ranked, moves=tuple(history.table), verdict=verdict)
         if ended is not None:
             why = (
                 "interrupted" if ended == "user" else f"stopped at the time limit of {seconds:g} s"
@@ -250,13 +252,13 @@ class Run:
         )
 
     def finish_mesh(self, state: RunState) -> RunState:
-        """Name the parts of the boundary, label the surface and judge the mesh."""
+        """Name the parts of the boundary, label the surface, and judge a mesh without a verdict."""
         unit = self.settings.unit(state.surface.unit)
         hexes = replace(with_sets(_hexes(state), state.surface), unit=unit)
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
-        verdict = judged(self.acceptance, hexes, state.surface)
+        verdict = state.verdict or judged(self.acceptance, hexes, state.surface)
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
         first = [state.unfitted or "", wrong_topology(state)]
         failures = [*filter(None, first), *verdict.failures]

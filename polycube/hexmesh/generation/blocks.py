@@ -65,6 +65,8 @@ def number_of_hexes(parts: np.ndarray) -> float:
 
 def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
     """Hexes of blocks divided into parts (H, 3); the map is trilinear in each block."""
+    if (parts == 1).all():
+        return blocks
     places, hexes, owner, start = [], [], [], 0
     for number, n in enumerate(parts):
         shares = np.stack(np.meshgrid(*(np.arange(k + 1) / k for k in n), indexing="ij"), axis=-1)
