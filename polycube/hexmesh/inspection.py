@@ -52,17 +52,10 @@ class LocalDistance:
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """Measurements of a hex mesh; each is computed at first access.
+    """Measurements of a hex mesh; each is computed at first access."""
 
-    Parameters
-    ----------
-    mesh : HexMesh
-    surface : TriMesh
-        The closed surface that the mesh should fill.
-    """
-
-    mesh: HexMesh
-    surface: TriMesh
+    mesh: HexMesh  # HexMesh
+    surface: TriMesh  # TriMesh The closed surface that the mesh should fill.
 
     @cached_property
     def scaled_jacobian(self) -> float:

@@ -58,34 +58,20 @@ class Links:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A mesh at unit scale close to its target.
+    """A mesh at unit scale close to its target."""
 
-    Parameters
-    ----------
-    mesh : its `patch` is the number of each quad
-    patch : (Q,) patches of the original mesh
-    target : the surface
-    paths : vertices on each curve, in order, by its number in `target.followed`
-    corners : (P,) vertices at corners of the surface
-    corner_goals : (P, 3) positions of these corners
-    cad_face : (Q,) CAD face of each quad; 0 if it is unknown
-    gap : (V,) distances of boundary vertices from their goals
-    strayed : (V,) distances from exact features, minus the permitted distance
-    distance : (S,) distances of samples of the features from the mesh, as in `losses`
-    links : connectivity of the mesh
-    """
-
-    mesh: HexMesh
-    patch: np.ndarray
-    target: Target
+    mesh: HexMesh  # its `patch` is the number of each quad
+    patch: np.ndarray  # (Q,) patches of the original mesh
+    target: Target  # the surface
+    # vertices on each curve, in order, by its number in `target.followed`
     paths: Mapping[int, np.ndarray]
-    corners: np.ndarray
-    corner_goals: np.ndarray
-    cad_face: np.ndarray
-    gap: np.ndarray
-    strayed: np.ndarray
-    distance: np.ndarray
-    links: Links
+    corners: np.ndarray  # (P,) vertices at corners of the surface
+    corner_goals: np.ndarray  # (P, 3) positions of these corners
+    cad_face: np.ndarray  # (Q,) CAD face of each quad; 0 if it is unknown
+    gap: np.ndarray  # (V,) distances of boundary vertices from their goals
+    strayed: np.ndarray  # (V,) distances from exact features, minus the permitted distance
+    distance: np.ndarray  # (S,) distances of samples of the features from the mesh, as in `losses`
+    links: Links  # connectivity of the mesh
 
     @cached_property
     def jacobian(self) -> np.ndarray:

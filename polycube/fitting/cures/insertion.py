@@ -29,22 +29,13 @@ STRAY = 0.0025  # the same for vertices on exact features, beyond their permitte
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """The positions of a fit in the whole mesh.
+    """The positions of a fit in the whole mesh."""
 
-    Parameters
-    ----------
-    number : (N',) vertices of the neighbourhood in the whole mesh
-    vertices : (V', 3) of the whole mesh
-    boundary : the hexes at the boundary nearby, with these positions
-    distance : (S,) distances of the samples of the features, as in `losses`
-    away : (F,) distances of the features
-    """
-
-    number: np.ndarray
-    vertices: np.ndarray
-    boundary: HexMesh
-    distance: np.ndarray
-    away: np.ndarray
+    number: np.ndarray  # (N',) vertices of the neighbourhood in the whole mesh
+    vertices: np.ndarray  # (V', 3) of the whole mesh
+    boundary: HexMesh  # the hexes at the boundary nearby, with these positions
+    distance: np.ndarray  # (S,) distances of the samples of the features, as in `losses`
+    away: np.ndarray  # (F,) distances of the features
 
     def lost(self, fit: Fitted, limits: tuple[float, ...]) -> np.ndarray:
         """(F,) whether a feature exceeds a limit that it does not exceed in the mesh before."""
@@ -136,18 +127,11 @@ def _piece(mesh: HexMesh, owner: np.ndarray, which: np.ndarray) -> HexMesh:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A place to cure.
+    """A place to cure."""
 
-    Parameters
-    ----------
-    seeds : its poor hexes, the worst first without a sheet
-    inside : (H,) hexes to surround by a sheet; None: without a sheet
-    face : CAD face over the sheet
-    """
-
-    seeds: np.ndarray
-    inside: np.ndarray | None = None
-    face: int = 0
+    seeds: np.ndarray  # its poor hexes, the worst first without a sheet
+    inside: np.ndarray | None = None  # (H,) hexes to surround by a sheet; None: without a sheet
+    face: int = 0  # CAD face over the sheet
 
     def moving(self, fit: Fitted) -> np.ndarray:
         """Vertices that move, ascending."""

@@ -22,19 +22,12 @@ ROUND = 0.01  # in diagonals: features farther from moved vertices than this are
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points on the features of a part.
+    """Points on the features of a part."""
 
-    Parameters
-    ----------
-    points : (S, 3) at unit scale
-    kind : (S,) kind of the feature
-    feature : (S,) number of the feature, from 0
-    factor : (S,) the largest permitted distance of all features, divided by that of the feature
-    """
-
-    points: np.ndarray
-    kind: np.ndarray
-    feature: np.ndarray
+    points: np.ndarray  # (S, 3) at unit scale
+    kind: np.ndarray  # (S,) kind of the feature
+    feature: np.ndarray  # (S,) number of the feature, from 0
+    # (S,) the largest permitted distance of all features, divided by that of the feature
     factor: np.ndarray
 
 

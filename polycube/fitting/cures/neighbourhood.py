@@ -21,26 +21,15 @@ Detours = dict[tuple[int, int], list[int]]  # new vertices of a path between two
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """Part of a mesh that is fitted separately.
+    """Part of a mesh that is fitted separately."""
 
-    Parameters
-    ----------
-    problem : the part, with the sheet
-    matching : its vertices on curves and corners
-    used : (N,) vertices of the whole mesh; those of the sheet follow
-    elements : (E,) hexes of the whole mesh
-    moves : (N',) whether a vertex moves
-    inside : (E,) hexes surrounded by the sheet; None without a sheet
-    detours : new parts of the paths that the sheet crosses, in vertex numbers of the part
-    """
-
-    problem: FitProblem
-    matching: Matching
-    used: np.ndarray
-    elements: np.ndarray
-    moves: np.ndarray
-    inside: np.ndarray | None
-    detours: Detours
+    problem: FitProblem  # the part, with the sheet
+    matching: Matching  # its vertices on curves and corners
+    used: np.ndarray  # (N,) vertices of the whole mesh; those of the sheet follow
+    elements: np.ndarray  # (E,) hexes of the whole mesh
+    moves: np.ndarray  # (N',) whether a vertex moves
+    inside: np.ndarray | None  # (E,) hexes surrounded by the sheet; None without a sheet
+    detours: Detours  # new parts of the paths that the sheet crosses, in vertex numbers of the part
 
     @property
     def moving(self) -> np.ndarray:

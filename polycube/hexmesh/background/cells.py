@@ -23,15 +23,11 @@ class Cells:
 
     Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 in the opposite
     direction.
-
-    Parameters
-    ----------
-    loops : half-edges of each cell, its outer loop first; the cell is on their left
-    full : (C, K) whether each cell is full in each slab
     """
 
+    # half-edges of each cell, its outer loop first; the cell is on their left
     loops: tuple[tuple[np.ndarray, ...], ...]
-    full: np.ndarray
+    full: np.ndarray  # (C, K) whether each cell is full in each slab
 
 
 def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: np.ndarray) -> Cells:

@@ -25,16 +25,10 @@ FINEST = 4  # largest factor by which edges between close curves are smaller tha
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A chain of edges of a planar graph.
+    """A chain of edges of a planar graph."""
 
-    Parameters
-    ----------
-    half : (N,) half-edges in their order
-    points : (N + 1, 2) along them; the last is the first if the chain is closed
-    """
-
-    half: np.ndarray
-    points: np.ndarray
+    half: np.ndarray  # (N,) half-edges in their order
+    points: np.ndarray  # (N + 1, 2) along them; the last is the first if the chain is closed
 
     @property
     def arc(self) -> np.ndarray:

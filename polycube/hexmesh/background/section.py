@@ -26,18 +26,11 @@ NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Quads in the plane.
+    """Quads in the plane."""
 
-    Parameters
-    ----------
-    vertices : (V, 2)
-    quads : (Q, 4) counter-clockwise
-    cell : (Q,) the cell of each quad
-    """
-
-    vertices: np.ndarray
-    quads: np.ndarray
-    cell: np.ndarray
+    vertices: np.ndarray  # (V, 2)
+    quads: np.ndarray  # (Q, 4) counter-clockwise
+    cell: np.ndarray  # (Q,) the cell of each quad
 
 
 def section(
@@ -104,24 +97,15 @@ def _fills(flat: Section, wanted: np.ndarray) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """Borders of cells, and the regions to fill.
+    """Borders of cells, and the regions to fill."""
 
-    Parameters
-    ----------
-    points : (P, 2) on the borders and in rings
-    quads : (Q, 4) in rings, of the cells `own` (Q,)
-    is_fixed : (P,) whether a point is fixed
-    plane : the remaining regions of the cells `open_`
-    known : (K,) points whose positions (K, 2) are searched in the quads
-    """
-
-    points: np.ndarray
-    quads: np.ndarray
+    points: np.ndarray  # (P, 2) on the borders and in rings
+    quads: np.ndarray  # (Q, 4) in rings, of the cells `own` (Q,)
     own: np.ndarray
-    is_fixed: np.ndarray
-    plane: Plane
+    is_fixed: np.ndarray  # (P,) whether a point is fixed
+    plane: Plane  # the remaining regions of the cells `open_`
     open_: np.ndarray
-    known: np.ndarray
+    known: np.ndarray  # (K,) points whose positions (K, 2) are searched in the quads
     places: np.ndarray
 
 

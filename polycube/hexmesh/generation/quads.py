@@ -25,20 +25,12 @@ class NoQuadsError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Regions of a plane to be filled with quads.
+    """Regions of a plane to be filled with quads."""
 
-    Parameters
-    ----------
-    points : (P, 2) points on the borders
-    regions : loops of each region, the outer one first
-    corners : for each region the four corners of a structured grid, or none
-    size : largest edge length inside the regions, before the faces are divided
-    """
-
-    points: np.ndarray
-    regions: Sequence[Sequence[Loop]]
-    corners: Sequence[Loop]
-    size: float
+    points: np.ndarray  # (P, 2) points on the borders
+    regions: Sequence[Sequence[Loop]]  # loops of each region, the outer one first
+    corners: Sequence[Loop]  # for each region the four corners of a structured grid, or none
+    size: float  # largest edge length inside the regions, before the faces are divided
 
 
 def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
