@@ -135,6 +135,11 @@ class Inspection:
         nearest = {n: distance[numbers == n] for n in np.unique(self.surface.region).tolist()}
         return feature_distances(self.mesh, self.surface, nearest)
 
+    @property
+    def n_lost_features(self) -> int:
+        """Number of points, curves and faces of a CAD part that are lost by the default limits."""
+        return sum(feature.is_lost for feature in self.features)
+
     @cached_property
     def lost_faces(self) -> tuple[str, ...]:
         """CAD faces without a boundary quad: the name in the CAD file if unique, or the set."""

@@ -14,6 +14,7 @@ from polycube.hexmesh.inspection import SAMPLES
 from polycube.hexmesh.quality import triangles
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
+from polycube.surface.measures import half_edges
 from polycube.types import Goal, HexMesh
 
 POINT, CURVE, FACE = range(3)
@@ -92,10 +93,9 @@ def _distances(
     result = np.full(len(points), np.inf)
     if not len(quads):
         return result * samples.factor[which]
-    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     pieces = (
         vertices[quads.ravel()][:, None].repeat(3, axis=1),
-        vertices[sides[:, [0, 1, 1]]],
+        vertices[half_edges(quads)[:, [0, 1, 1]]],
         triangles(vertices, quads),
     )
     for number, corners in enumerate(pieces):

@@ -61,7 +61,9 @@ def neighbourhood(
         own = inside[elements]
         if not has_sheet(piece, own):
             return None
-        piece, twin = _with_sheet(piece, own)
+        piece = with_sheet(whole, own)
+        sheet = piece.hexes[len(whole.hexes) :]
+        twin[sheet[:, 4:]] = sheet[:, :4]  # the new vertex at each old one
         moves = np.append(moves, np.ones(len(piece.vertices) - len(used), bool))
     problem = FitProblem(piece, fit.target, samples=1)
     problem.restrict_to_faces(fit.cad_face[piece.patch])
@@ -82,15 +84,6 @@ def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -
     if inside is not None:
         start &= fit.links.vertices(~inside)
     return fit.links.around(np.flatnonzero(start), RINGS)
-
-
-def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
-    """The part with a sheet, and the new vertex at each old one (N,), -1 if there is none."""
-    grown = with_sheet(piece, own)
-    sheet = grown.hexes[len(piece.hexes) :]
-    twin = np.full(len(piece.vertices), -1)
-    twin[sheet[:, 4:]] = sheet[:, :4]
-    return grown, twin
 
 
 def _routes(
