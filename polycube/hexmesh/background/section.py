@@ -60,7 +60,10 @@ def section(
         drafts.append(_draft(*borders(chains, loops, full, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
-    wanted = _areas(chains, loops)
+    half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
+    wanted = np.array(  # areas of the cells
+        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
+    )
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
@@ -78,14 +81,6 @@ def section(
     if best is None:
         raise NoQuadsError("all quad meshes of its section have folds")
     return best
-
-
-def _areas(chains: list[Curve], loops: list[list[list[int]]]) -> np.ndarray:
-    """(C,) area of each cell."""
-    half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
-    return np.array(
-        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
-    )
 
 
 def _fills(flat: Section, wanted: np.ndarray) -> bool:

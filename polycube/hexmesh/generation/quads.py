@@ -59,7 +59,9 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
         for path in sorted(Path(folder).glob("*.npz"), key=lambda path: int(path.stem)):
             with np.load(path) as arrays:
                 places, faces, region = (arrays[name] for name in NAMES)
-                faces = _counter_clockwise(places, faces, region)
+                one, two = np.moveaxis(places[faces[:, [2, 3]]] - places[faces[:, [0, 1]]], 1, 0)
+                area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+                faces = np.where((area < 0)[region, None], faces[:, ::-1], faces)
                 found[int(arrays["plane"])].append((places, faces, region))
     if not any(found):
         raise NoQuadsError(f"Gmsh made no quads: {last}")
@@ -100,10 +102,3 @@ def _plain(plane: Plane) -> dict[str, object]:
         "corners": [list(each) for each in plane.corners],
         "size": plane.size,
     }
-
-
-def _counter_clockwise(vertices: np.ndarray, faces: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """Reverse the quads of regions with a negative area."""
-    one, two = np.moveaxis(vertices[faces[:, [2, 3]]] - vertices[faces[:, [0, 1]]], 1, 0)
-    area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    return np.where((area < 0)[region, None], faces[:, ::-1], faces)
