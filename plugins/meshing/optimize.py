@@ -48,13 +48,14 @@ class Polish:
         If the boundary crosses itself at a few places, it is repaired there.
         """
         from polycube.fitting.uncrossing import without_crossings
+        from polycube.hexmesh.inspection import inspect
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.surface.fit_target import target
 
         best = self._polished(surface, hexes, 0.0)
         if self.hold and scaled_jacobian(best.vertices, best.hexes).min() < self.free_below:
             freer = self._polished(surface, hexes, self.free_below)
-            if _lost(freer, surface) <= _lost(best, surface):
+            if inspect(freer, surface).n_lost_features <= inspect(best, surface).n_lost_features:
                 best = freer
         return without_crossings(best, target(surface))
 
@@ -76,10 +77,3 @@ class Polish:
             crease_rounds=self.crease_rounds,
             samples=self.samples,
         )
-
-
-def _lost(mesh: HexMesh, surface: TriMesh) -> int:
-    """Number of CAD points, curves and faces that a mesh loses."""
-    from polycube.hexmesh.inspection import inspect
-
-    return sum(feature.is_lost for feature in inspect(mesh, surface).features)

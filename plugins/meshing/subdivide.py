@@ -103,67 +103,67 @@ class Template:
         from polycube.fitting.creases.chord_counts import finer_along
         from polycube.fitting.registration import cascade, register_mesh, registered_map
         from polycube.hexmesh.generation.interval_counts import Lattice
-        from polycube.hexmesh.generation.template import mesh, mesh_between
+        from polycube.hexmesh.generation.template import counts, mesh, mesh_between
         from polycube.surface.fit_target import target
         from polycube.surface.measures import diagonal
 
+        goal, unit = target(surface), diagonal(surface)
+        size = sizing.length(self.size, unit) / self.finer
         if blocks is not None:
-            return self._cut(blocks, sizing.length(self.size, diagonal(surface)) / self.finer)
+            return self._cut(blocks, size)
+        boxes = [sizing.box_of(region, unit) for region in self.regions]
         if self.coarsen and self.level == 0:
             from polycube.hexmesh.generation.graded_template import graded_mesh
             from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
 
-            boxes = [sizing.box_of(region, diagonal(surface)) for region in self.regions]
-            goal, size = target(surface), sizing.length(self.size, diagonal(surface))
+            largest = sizing.length(self.size, unit)
             number = self.across_wall, least_around(self.around_hole)
             wanted = wanted_sizes(surface, requests_of(self.at))
-            found = graded_mesh(polycube, rough_map, goal, size, *number, boxes, wanted)
+            found = graded_mesh(polycube, rough_map, goal, largest, *number, boxes, wanted)
             if found is not None:
                 return found
-        unit = diagonal(surface)
-        size = sizing.length(self.size, unit) / self.finer
-        parts = self._parts(polycube, rough_map, size)
-        self._check_max_hexes(
-            sizing.number_of_hexes(polycube, parts), size, self._number(polycube, rough_map)
-        )
+
+        def parts_at(size: float) -> sizing.Counts:
+            return counts(polycube, rough_map, size, self.least, self.across)
+
+        def number_at(size: float) -> float:
+            return sizing.number_of_hexes(polycube, parts_at(size))
+
+        parts = parts_at(size)
+        if self.level is not None:
+            x, y, z = (np.full(n, 2**self.level) for n in polycube.occupancy.shape)
+            parts = x, y, z
+        self._check_max_hexes(sizing.number_of_hexes(polycube, parts), size, number_at)
         coarse = sizing.length(self.coarse, unit)
         exact = features_of(self.features, surface) == "exact"
         placed = rough_map  # an undivided lattice has no coarser one
         if self.level != 0:
-            placed = cascade(polycube, rough_map, target(surface), size, coarse, exact)
+            placed = cascade(polycube, rough_map, goal, size, coarse, exact)
         is_curved = self.curvature is not None and self.level is None
         is_followed = self.creases is not None and self.level is None
         if is_curved or self._has_requests or is_followed:
-            few = self._counts(polycube, rough_map, max(size, coarse))
-            near = register_mesh(
-                mesh(polycube, placed, few), target(surface), *QUICK, features=exact
-            )
-            if is_curved:
-                parts = self._curved(polycube, target(surface), parts, near, few, exact)
+            few = parts_at(max(size, coarse))
+            near = register_mesh(mesh(polycube, placed, few), goal, *QUICK, features=exact)
             lattice = Lattice(polycube, near, few)
+            if is_curved:
+                parts = self._curved(lattice, goal, parts, few, exact)
             if self._has_requests:
                 parts = self._demanded(surface, lattice, parts)
             if is_followed:
                 chord = sizing.length(self.creases, unit) / unit
-                parts = finer_along(lattice, parts, target(surface), chord, self.max_hexes)
+                parts = finer_along(lattice, parts, goal, chord, self.max_hexes)
         if not self.regions:
             return mesh(polycube, placed, parts)
-        boxes = [sizing.box_of(region, unit) for region in self.regions]
         if placed is rough_map:  # the boxes are in model coordinates, so a good map is needed
-            few = self._counts(polycube, rough_map, coarse)
-            placed = registered_map(polycube, rough_map, target(surface), few, exact)
+            placed = registered_map(polycube, rough_map, goal, parts_at(coarse), exact)
         lines = sizing.graded(polycube, placed, parts, boxes)
         fine = sizing.counts_of(polycube, lines)
-        self._check_max_hexes(
-            sizing.number_of_hexes(polycube, fine), size, self._number(polycube, rough_map)
-        )
+        self._check_max_hexes(sizing.number_of_hexes(polycube, fine), size, number_at)
         return mesh_between(polycube, placed, lines)
 
     def finer_options(self, times: float) -> dict[str, object] | None:
         """Options for hexes smaller by a factor, with a chord error reduced accordingly."""
-        if self.level is not None:
-            return None
-        return {"finer": times * self.finer}
+        return None if self.level is not None else {"finer": times * self.finer}
 
     def crease_options(self, distance: float) -> dict[str, object] | None:
         """Options for chords within a distance of the sharp edges, in diagonals."""
@@ -196,19 +196,14 @@ class Template:
         return counts.raised(polycube, parts, least, most)
 
     def _curved(
-        self,
-        polycube: Polycube,
-        goal: Target,
-        parts: sizing.Counts,
-        near: HexMesh,
-        few: sizing.Counts,
-        exact: bool,
+        self, lattice: Lattice, goal: Target, parts: sizing.Counts, few: sizing.Counts, exact: bool
     ) -> sizing.Counts:
         """More parts in curved regions, from a mesh of a few parts; within max_hexes."""
         from polycube.hexmesh.generation import curvature_sizing as chords
 
-        gap = chords.gaps(polycube, near, few, goal)
         assert self.curvature is not None
+        polycube = lattice.polycube
+        gap = chords.gaps(polycube, lattice.near, few, goal)
         chord = sizing.length(curvature_of(self.curvature, exact), goal.scale)
         wanted = chord / goal.scale / max(1.0, self.finer) ** 2
         more = chords.finer(polycube, parts, few, gap, wanted)
@@ -217,17 +212,6 @@ class Template:
             return parts
         logger.info("subdivide: %.0f additional hexes on curved surfaces", number - old)
         return more
-
-    def _parts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
-        if self.level is not None:
-            x, y, z = (np.full(n, 2**self.level) for n in polycube.occupancy.shape)
-            return x, y, z
-        return self._counts(polycube, rough_map, size)
-
-    def _counts(self, polycube: Polycube, rough_map: RoughMap, size: float) -> sizing.Counts:
-        from polycube.hexmesh.generation.template import counts
-
-        return counts(polycube, rough_map, size, self.least, self.across)
 
     def _cut(self, given: HexMesh, size: float) -> HexMesh:
         """Divide blocks into parts of the size, or into 2^level."""
@@ -246,37 +230,27 @@ class Template:
         found = blocks.cut(given, parts)
         return replace(found, warnings=(NO_REGIONS,)) if self.regions else found
 
-    def _number(self, polycube: Polycube, rough_map: RoughMap) -> Callable[[float], float]:
-        """The number of hexes of a polycube as a function of the size."""
-        return lambda size: sizing.number_of_hexes(
-            polycube, self._counts(polycube, rough_map, size)
-        )
-
     def _check_max_hexes(
         self, number: float, size: float, number_at: Callable[[float], float]
     ) -> None:
-        """Log the size of the mesh, or raise MeshingError with a size that is possible."""
+        """Log the size of the mesh, or raise MeshingError with a size that is possible.
+
+        number_at : number of hexes as a function of the size
+        """
         if number <= self.max_hexes:
             gigabytes = number * sizing.BYTES / 2**30
             logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
             return
+        fitting = sizing.size_that_fits(lambda larger: number_at(larger) <= self.max_hexes, size)
+        advice = "even the smallest numbers of parts give too many hexes"
+        if fitting is not None:
+            advice = f"size {fitting:.3g} is possible" + " without regions" * bool(self.regions)
         request = f"size {size:.4g}" if self.level is None else f"level {self.level}"
         raise MeshingError(
             f"stage meshing/subdivide: {request} needs {number:.3g} hexes"
             f"{' with the regions' if self.regions else ''}, more than max_hexes "
-            f"{self.max_hexes}; {self._alternative(size, number_at)}"
+            f"{self.max_hexes}; {advice}"
         )
-
-    def _alternative(self, size: float, number_at: Callable[[float], float]) -> str:
-        """A size that is possible, rounded up."""
-
-        def fits(larger: float) -> bool:
-            return number_at(larger) <= self.max_hexes
-
-        fitting = sizing.size_that_fits(fits, size)
-        if fitting is None:
-            return "even the smallest numbers of parts give too many hexes"
-        return f"size {fitting:.3g} is possible" + " without regions" * bool(self.regions)
 
     def __post_init__(self) -> None:
         check_features(self.features)

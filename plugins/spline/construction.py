@@ -1,6 +1,7 @@
 """Make a spline on the hexes: choose the sharp features and the best of several trials."""
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation, edge_strips
+from polycube.spline.spaces.hierarchy import Space
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
@@ -27,16 +29,19 @@ from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Crea
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SpaceOptions, SplineOptions
+from .options import SplineOptions
 
 logger = logging.getLogger(__name__)
 
+MakesSpace = Callable[[HexMesh, Sharp], Space]
 REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
 
-def constructed(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Spline:
+def constructed(
+    options: SplineOptions, space: MakesSpace, surface: TriMesh, hexes: HexMesh
+) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
-    best = _best_trial(options, surface, hexes)
+    best = _best_trial(options, space, surface, hexes)
     spline, sharp = best.spline, best.sharp
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
@@ -77,7 +82,9 @@ def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray
     return pairs[is_among(there, wanted)]
 
 
-def _best_trial(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Trial:
+def _best_trial(
+    options: SplineOptions, space: MakesSpace, surface: TriMesh, hexes: HexMesh
+) -> Trial:
     """The spline with the smallest cost.
 
     Tried are splines with all creases, with the harmless ones, and with all creases and straight
@@ -86,8 +93,11 @@ def _best_trial(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Tria
     creases, on = creases_of(options, hexes, surface), unique_cad_faces(hexes, surface)
     harmless = sharp_features(options, hexes, creases)
 
+    singular = len(extraordinary_edges(hexes)[0])
+
     def trial(name: str, sharp: Sharp) -> Trial:
-        spline = _solid(options, surface, hexes, sharp, on)
+        plain = refined_spline(space(hexes, sharp), options.refine, surface, singular)
+        spline = fit_to_surface(options.fit, plain, surface, on[quads_of_spline(plain, hexes)])
         return Trial.of(name, spline, sharp, surface, options.fit.floor, creases.lost(sharp))
 
     if options.fit.iterations == 0:
@@ -105,16 +115,6 @@ def _best_trial(options: SpaceOptions, surface: TriMesh, hexes: HexMesh) -> Tria
         summary = "; ".join(t.summary(surface) for t in trials)
         logger.info("creases: %s; %s", best.name, summary)
     return best
-
-
-def _solid(
-    options: SpaceOptions, surface: TriMesh, hexes: HexMesh, sharp: Sharp, cad_face: np.ndarray
-) -> Spline:
-    """A spline fitted to the surface; cad_face : (Q,) of the quads of the mesh, 0 for any."""
-    singular = len(extraordinary_edges(hexes)[0])
-    space = options.space(hexes, sharp)
-    plain = refined_spline(space, options.refine, surface, singular)
-    return fit_to_surface(options.fit, plain, surface, cad_face[quads_of_spline(plain, hexes)])
 
 
 def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:
@@ -152,7 +152,12 @@ def _listed_edges(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
     if not isinstance(options.sharp, str):
         table = np.reshape(np.asarray(options.sharp, np.int64), (-1, 2))
     else:
-        table = _numbers(options.sharp)
+        try:
+            table = np.loadtxt(options.sharp, dtype=np.int64, ndmin=2)
+        except ValueError as error:
+            raise InputError(
+                f"{options.sharp} must have as many vertex numbers in each line: {error}"
+            ) from error
         if table.shape[1] == 1 or (table[:, 0] == 0).all():
             return edges_between(hexes, table[:, -1])
     given = np.unique(np.sort(table[:, :2], axis=1), axis=0)
@@ -162,13 +167,3 @@ def _listed_edges(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
             f"spline: sharp edge {given[stray.argmax()].tolist()} is not on the boundary"
         )
     return given
-
-
-def _numbers(path: str) -> np.ndarray:
-    """(L, K) vertex numbers of the lines of a file."""
-    try:
-        return np.loadtxt(path, dtype=np.int64, ndmin=2)
-    except ValueError as error:
-        raise InputError(
-            f"{path} must have as many vertex numbers in each line: {error}"
-        ) from error

@@ -1,23 +1,15 @@
 """Common options of the spline plugins: sharp features, local refinement, fit."""
 
-from __future__ import annotations
-
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.registry import setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
-from polycube.types import HexMesh
-
-if TYPE_CHECKING:
-    from polycube.spline.spaces.hierarchy import Space
-    from polycube.spline.spaces.sharpness import Sharp
+from polycube.types.checks import options_of
 
 
 @dataclass(frozen=True)
@@ -72,14 +64,5 @@ class SplineOptions:
             )
         for item in self.held:
             check_place(place_of(item))
-        object.__setattr__(self, "refine", Refinement.of(self.refine))
-        object.__setattr__(self, "fit", Fit.of(self.fit))
-
-
-@dataclass(frozen=True)
-class SpaceOptions(SplineOptions, ABC):
-    """The same with the spline space of a subclass."""
-
-    @abstractmethod
-    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
-        """The functions on the hexes and their coefficients."""
+        object.__setattr__(self, "refine", options_of("refine", Refinement, self.refine))
+        object.__setattr__(self, "fit", options_of("fit", Fit, self.fit))

@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.registry import register
 from polycube.types import HexMesh, Spline, TriMesh
 
-from .options import SpaceOptions
+from .options import SplineOptions
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.continuous import ContinuousSpace
+    from polycube.spline.spaces.hierarchy import Space
     from polycube.spline.spaces.optimal import OptimalSpace
     from polycube.spline.spaces.sharpness import Sharp
     from polycube.spline.spaces.subdivision import ControlMesh
 
 
 @dataclass(frozen=True)
-class Volumetric(SpaceOptions):
+class Volumetric(SplineOptions, ABC):
     """A spline on the hexes in the space of a subclass."""
+
+    @abstractmethod
+    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
+        """The functions on the hexes and their coefficients."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
         from .construction import constructed
 
-        return constructed(self, surface, hexes)
+        return constructed(self, self.space, surface, hexes)
 
 
 @register("spline", "c0")

@@ -70,12 +70,6 @@ class BoundTrace:
         bound = eye(size, format="csr")[self.others][:, free]
         return csr_matrix(chosen - place @ self.ratio @ bound)
 
-    def project(self, values: np.ndarray, size: int) -> np.ndarray:
-        """(C,) coefficients with the trace closest to values (P,) at the Gauss points."""
-        found = np.zeros(size)
-        found[self.pivots] = self.gram.solve(self.trace.moments(values)[self.pivots])
-        return found
-
     def resultant(self, residual: np.ndarray, support: int) -> float:
         """Integral over the faces of a support of the traction given by a residual (C,)."""
         traction = self.gram.solve(residual[self.pivots])
@@ -129,9 +123,15 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
         if key not in known:
             found = _bind(spline, owner)
             known[key] = found, found.basis(size)
-            _warn_of_zero_slopes(
-                *zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
-            )
+            flat, border = zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
+            if flat:
+                logger.warning(
+                    "warning: the spline is smooth at %d of the %d edges round the supports, so "
+                    "the result is too stiff; a run with from=spline makes them sharp if det J "
+                    "allows it",
+                    flat,
+                    border,
+                )
         found, basis = known[key]
         bound.append(found)
         bases.append(basis)
@@ -155,26 +155,18 @@ def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
     return int((values <= RIGID * max(values[-1], np.finfo(float).tiny)).sum())
 
 
-def _warn_of_zero_slopes(flat: int, border: int) -> None:
-    if flat:
-        logger.warning(
-            "warning: the spline is smooth at %d of the %d edges round the supports, so the result "
-            "is too stiff; a run with from=spline makes them sharp if det J allows it",
-            flat,
-            border,
-        )
-
-
 def _prescribed_coefficients(
     bound: BoundTrace, supports: Sequence[Support], i: int, size: int
 ) -> np.ndarray:
-    """(C,) coefficients of the prescribed values of component i."""
-    values = np.zeros(len(bound.owner))
+    """(C,) coefficients with the trace closest to the prescribed values of component i."""
+    values, found = np.zeros(len(bound.owner)), np.zeros(size)
     for k, support in enumerate(supports):
         if i in support.components:
             here = bound.owner == k
             values[here] = support.at(bound.trace.points[here])[:, support.components.index(i)]
-    return bound.project(values, size) if values.any() else np.zeros(size)
+    if values.any():
+        found[bound.pivots] = bound.gram.solve(bound.trace.moments(values)[bound.pivots])
+    return found
 
 
 def _bind(spline: Spline, owner: np.ndarray) -> BoundTrace:

@@ -133,7 +133,9 @@ class Enrichment:
         for support in supports:
             for component in support.components:
                 is_free[boundary_nodes(spline)[support.faces], component] = False
-        is_free[_between_levels(spline)] = False
+        unshared = unshared_faces(spline.nodes)
+        inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
+        is_free[spline.nodes[inner[:, :1], FACES[inner[:, 1]]]] = False
         energy = elasticity.diagonal()
         step = np.where(is_free & (energy > 0), 1 / np.where(energy > 0, energy, 1), 0)
         return cls(elasticity, is_free, step, _from_even(spline.nodes, len(step)), coarse)
@@ -188,10 +190,3 @@ def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:
     table = np.where(abs(TO_BEZIER) > 1e-12, TO_BEZIER, 0)[place]
     row, column = np.nonzero(table)
     return csr_matrix((table[row, column], (used[row], nodes[element[row], column])), (size, size))
-
-
-def _between_levels(spline: Spline) -> np.ndarray:
-    """Nodes on faces that are not on the boundary and have no element on the other side."""
-    unshared = unshared_faces(spline.nodes)
-    inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
-    return np.unique(spline.nodes[inner[:, :1], FACES[inner[:, 1]]])

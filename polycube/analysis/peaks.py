@@ -13,6 +13,7 @@ from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
 from polycube.spline.bezier import scaled_detj
 from polycube.spline.boundary import boundary_nodes, edge_strips
 from polycube.spline.spaces.sharp_features import is_among
+from polycube.surface.measures import unit
 from polycube.types import Peak, Spline
 
 FREE, CLAMPED, SLIDING = 200, 65, 100  # degrees above which an edge is singular
@@ -80,8 +81,8 @@ def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
     points = (spline.extraction @ spline.control)[strips]  # (4 Q, 2, 4, 3)
     along = derivative(INSIDE) @ points[:, 0]
     inwards = bernstein(INSIDE) @ (points[:, 1] - points[:, 0])
-    normal = _unit(np.cross(along, inwards))
-    inwards = _unit(np.cross(normal, along))
+    normal = unit(np.cross(along, inwards))
+    inwards = unit(np.cross(normal, along))
     turn = inwards[b][:, ::-1]  # the edge has the opposite direction on the other face
     angle = np.arctan2(-(turn * normal[a]).sum(axis=2), (turn * inwards[a]).sum(axis=2))
     return (
@@ -90,12 +91,8 @@ def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
         strips[a, 0],
         bernstein(ALL_ALONG) @ points[a, 0],
         np.median(np.degrees(angle) % 360, axis=1),
-        _unit(normal[pairs].mean(axis=2)),
+        unit(normal[pairs].mean(axis=2)),
     )
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True).clip(np.finfo(float).tiny)
 
 
 def poor_elements(spline: Spline) -> np.ndarray:
@@ -185,11 +182,10 @@ def boundary_name(spline: Spline, point: np.ndarray) -> str:
     side = index // 16
     sets = spline.sets or sets_of_sides(spline)
     names = [name for name, faces in sets.items() if side in faces]
-    return min(names, key=_rank, default="")
 
+    def rank(name: str) -> int:
+        """Names of the CAD model, its faces, holes and ends, patches."""
+        first = next((p for p in ("cad_face_", "cad_", "patch_") if name.startswith(p)), "")
+        return ("cad_", "cad_face_", "", "patch_").index(first)
 
-def _rank(name: str) -> int:
-    """Rank: names of the CAD model, its faces, holes and ends, patches."""
-    prefixes = ("cad_face_", "cad_", "patch_")
-    first = next((p for p in prefixes if name.startswith(p)), "")
-    return ("cad_", "cad_face_", "", "patch_").index(first)
+    return min(names, key=rank, default="")

@@ -13,7 +13,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 
 import numpy as np
 from scipy.sparse import csr_matrix, eye, spmatrix
@@ -189,7 +188,11 @@ class VertexModel:
     @property
     def elements(self) -> Elements:
         """The hexes as Bezier elements."""
-        hats = _hats()
+        line = np.array([[3, 2, 1, 0], [0, 1, 2, 3]]) / 3
+        # (8, 64) Bezier coefficients of the trilinear functions of the corners
+        hats = np.stack(
+            [np.kron(line[z], np.kron(line[y], line[x])) for z, y, x in np.ndindex(2, 2, 2)]
+        )
         order = np.argsort(self.corners, axis=1)
         functions = np.take_along_axis(self.corners, order, axis=1)
         n, at = len(functions), np.nonzero(hats)[1].reshape(8, -1)
@@ -203,14 +206,6 @@ class VertexModel:
             np.arange(64 * n).reshape(n, 64),
             len(self.vertices),
         )
-
-
-def _hats() -> np.ndarray:
-    """(8, 64) Bezier coefficients of the trilinear functions of the corners."""
-    line = np.array([[3, 2, 1, 0], [0, 1, 2, 3]]) / 3
-    return np.stack(
-        [np.kron(line[z], np.kron(line[y], line[x])) for z, y, x in product((0, 1), repeat=3)]
-    )
 
 
 def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Operator) -> np.ndarray:

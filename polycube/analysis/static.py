@@ -69,7 +69,9 @@ def deform(
     unit = replace(spline, control=spline.control / diagonal)
     stiffness, _ = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
     elasticity = Elasticity.of(unit, material.poisson, n_gauss)
-    nodal = _nodal(spline)
+    points = spline.extraction @ spline.control
+    # the same solid with one function for each Bezier node
+    nodal = replace(spline, control=points, extraction=eye(len(points), format="csr"))
     weight = material.density * metres**3 * elasticity.volumes
     on_nodes = weight[:, None] * np.asarray(acceleration, dtype=np.float64)
     for load in loads:
@@ -113,9 +115,15 @@ def _stresses(
     radius: float,
 ) -> dict[str, Any]:
     """The stresses and errors of a Deformation for a displacement (B, 3)."""
+    shear = material.young / (2 * (1 + material.poisson))
+    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
 
     def stress_of(slope: np.ndarray) -> np.ndarray:
-        return _stress(slope, material)
+        """(P, 6) stresses of displacement gradients (P, 3, 3)."""
+        strain = (slope + slope.swapaxes(1, 2)) / 2
+        dilation = np.trace(strain, axis1=1, axis2=2)[:, None, None]
+        stress = 2 * shear * strain + lame * dilation * np.eye(3)
+        return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
 
     def equivalent_of(slope: np.ndarray) -> np.ndarray:
         return von_mises(stress_of(slope))[:, None]
@@ -138,12 +146,6 @@ def _stresses(
         "stress_error": off,
         "displacement_error": SAFETY * off**2 * float(most),
     }
-
-
-def _nodal(spline: Spline) -> Spline:
-    """The same solid with one function for each Bezier node."""
-    points = spline.extraction @ spline.control
-    return replace(spline, control=points, extraction=eye(len(points), format="csr"))
 
 
 def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> float:
@@ -185,13 +187,3 @@ def _force(spline: Spline, load: Load, metres: float) -> np.ndarray:
     even = np.asarray(load.force, dtype=np.float64) / (here.area.sum() * metres**2)
     density = traction + even - load.pressure * here.normals
     return here.moments(density) * metres**2
-
-
-def _stress(slope: np.ndarray, material: Material) -> np.ndarray:
-    """(P, 6) stresses of displacement gradients (P, 3, 3)."""
-    shear = material.young / (2 * (1 + material.poisson))
-    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
-    strain = (slope + slope.swapaxes(1, 2)) / 2
-    dilation = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-    stress = 2 * shear * strain + lame * dilation * np.eye(3)
-    return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]

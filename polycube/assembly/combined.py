@@ -99,22 +99,14 @@ def _starts(meshes: Mapping[int, HexMesh], counts: Sequence[int]) -> dict[int, i
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Agreement of two meshes at a contact.
+    """Agreement of two meshes at a contact."""
 
-    Parameters
-    ----------
-    quads : number of quads of each mesh on its face, including those outside the contact
-    pairs : (N, 2) quads of the first and the second mesh with equal vertices
-    area : area of these quads, in squared model units
-    is_covered : whether they cover the contact, so that the meshes agree there
-    vertices : (K, 2) vertices of these quads, of the first and the second mesh
-    """
-
+    # number of quads of each mesh on its face, including those outside the contact
     quads: tuple[int, int]
-    pairs: np.ndarray
-    area: float
-    is_covered: bool
-    vertices: np.ndarray
+    pairs: np.ndarray  # (N, 2) quads of the first and the second mesh with equal vertices
+    area: float  # area of these quads, in squared model units
+    is_covered: bool  # whether they cover the contact, so that the meshes agree there
+    vertices: np.ndarray  # (K, 2) vertices of these quads, of the first and the second mesh
 
 
 def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> list[Agreement]:

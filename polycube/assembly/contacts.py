@@ -21,19 +21,12 @@ PAIRS = 1 << 20  # pairs of triangles in a batch
 
 @dataclass(frozen=True)
 class Contact:
-    """Two CAD faces of different solids that are in contact.
+    """Two CAD faces of different solids that are in contact."""
 
-    Parameters
-    ----------
-    first, second : number of the face of each solid, from 1
-    area : contact area in squared model units
-    share : contact area divided by the area of the smaller face
-    """
-
-    first: int
+    first: int  # number of the face of each solid, from 1
     second: int
-    area: float
-    share: float
+    area: float  # contact area in squared model units
+    share: float  # contact area divided by the area of the smaller face
 
 
 def contacts(first: TriMesh, second: TriMesh) -> list[Contact]:

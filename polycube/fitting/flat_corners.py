@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching, match, on_crease, on_goals
+from polycube.fitting.creases.paths import numbered
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import EDGES, FACES, neighbours, quad_sides, unique_rows
 from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
@@ -50,15 +51,10 @@ def without_flat_corners(
         # vertices on their curves, where the paths are found again
         mesh = with_sheet(replace(mesh, vertices=target.to_model(placed)), inside)
         if keep_paths:
-            mesh = replace(mesh, paths=_numbered(matching, target))
+            paths = numbered(matching.routes, target.followed)
+            mesh = replace(mesh, paths={str(k): path for k, path in paths.items()})
         logger.info("flat corners: a sheet of %d hexes", len(mesh.hexes) - before)
     return mesh
-
-
-def _numbered(matching: Matching, target: Target) -> dict[str, np.ndarray]:
-    """Paths by the numbers of their curves."""
-    number = {id(crease): str(k) for k, crease in enumerate(target.followed.creases)}
-    return {number[id(route.crease)]: route.vertices for route in matching.routes}
 
 
 def _disjoint(mesh: HexMesh, sets: list[np.ndarray]) -> np.ndarray:

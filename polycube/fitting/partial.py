@@ -52,7 +52,19 @@ def partly_fitted(mesh: HexMesh, fitted: np.ndarray) -> tuple[HexMesh, np.ndarra
     if not is_sound(mesh):
         raise ValueError("the mesh to fit must have positive hexes and no crossing")
     floor = np.minimum(LEAST, ROUNDING * scaled_jacobian(mesh.vertices, mesh.hexes))
-    share = _advanced(mesh, fitted, floor, _backed_off(mesh, fitted, floor))
+    share = np.ones(len(fitted))
+    while (bad := _bad(_moved(mesh, fitted, share), floor)).any():
+        near = np.zeros(len(share), bool)
+        near[mesh.hexes[bad[mesh.hexes].any(axis=1)]] = True
+        share[near] /= 2
+        share[share < SMALLEST] = 0
+    for _ in range(ADVANCES):
+        if (share == 1).all():
+            break
+        wanted = np.where(share > 1 - SMALLEST, 1, (1 + share) / 2)
+        while (bad := _bad(_moved(mesh, fitted, wanted), floor)).any():
+            wanted[bad] = share[bad]
+        share = wanted
     return _moved(mesh, fitted, share), share
 
 
@@ -70,31 +82,6 @@ def with_layer(mesh: HexMesh, target: Target) -> HexMesh:
     x = untangled(FitProblem(layered, target, samples=1), target.to_unit(layered.vertices))
     layered = replace(layered, vertices=target.to_model(x))
     return layered if is_sound(layered) else mesh
-
-
-def _backed_off(mesh: HexMesh, fitted: np.ndarray, floor: np.ndarray) -> np.ndarray:
-    """(V,) shares without bad hexes: starting from 1, halved around bad ones."""
-    share = np.ones(len(fitted))
-    while (bad := _bad(_moved(mesh, fitted, share), floor)).any():
-        near = np.zeros(len(share), bool)
-        near[mesh.hexes[bad[mesh.hexes].any(axis=1)]] = True
-        share[near] /= 2
-        share[share < SMALLEST] = 0
-    return share
-
-
-def _advanced(
-    mesh: HexMesh, fitted: np.ndarray, floor: np.ndarray, share: np.ndarray
-) -> np.ndarray:
-    """(V,) larger shares without bad hexes, starting from shares without bad hexes."""
-    for _ in range(ADVANCES):
-        if (share == 1).all():
-            break
-        wanted = np.where(share > 1 - SMALLEST, 1, (1 + share) / 2)
-        while (bad := _bad(_moved(mesh, fitted, wanted), floor)).any():
-            wanted[bad] = share[bad]
-        share = wanted
-    return share
 
 
 def _moved(mesh: HexMesh, fitted: np.ndarray, share: np.ndarray) -> HexMesh:

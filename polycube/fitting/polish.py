@@ -8,7 +8,6 @@ the best mesh is returned.
 """
 
 import logging
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import lru_cache
@@ -55,7 +54,6 @@ def polish(
     exact: bool = False,
     hold: bool = False,
     free_below: float = 0.0,
-    release_below: Sequence[float] = RELEASE_BELOW,
     soft_rounds: int = 8,
     hard_rounds: int = 4,
     local_rounds: int = 40,
@@ -68,15 +66,13 @@ def polish(
     exact : features are not released
     hold : vertices on curved creases and curved CAD faces do not slide, and no crease is recovered
     free_below : scaled Jacobian of hexes beside which held vertices slide after all, at the end
-    release_below : scaled Jacobians below which features are released otherwise, for each pass
     soft_rounds, hard_rounds, local_rounds : largest numbers of rounds of matching and descent
     crease_rounds : largest number of rounds that recover creases
     samples : points of the surface that are matched with the mesh
     """
-    passes = INVERTING if exact else tuple(release_below)
     rounds = soft_rounds, hard_rounds
     initial, matching, best = _after_soft_and_hard(
-        mesh, target, features, exact, hold, passes, rounds, samples
+        mesh, target, features, exact, hold, rounds, samples
     )
     problem = copy(initial)  # the matches of the last search belong to the copy
     moves = ~on_curved(problem, matching) if hold else None
@@ -101,7 +97,6 @@ def _after_soft_and_hard(
     features: bool,
     exact: bool,
     hold: bool,
-    passes: tuple[float, ...],
     rounds: tuple[int, int],
     samples: int,
 ) -> tuple[FitProblem, Matching, State]:
@@ -113,6 +108,7 @@ def _after_soft_and_hard(
         matching = with_tolerances(matching, len(x))
     best = state_of(problem, x, goals_of(problem, x, matching, np.ones(len(x))), np.ones(len(x)))
     moves = ~on_curved(problem, matching) if hold else None
+    passes = INVERTING if exact else RELEASE_BELOW
     for least in passes if matching.routes else passes[:1]:
         best = _soft(problem, x, matching, best, rounds[0], least, moves)
         best = _hard(problem, matching, best, rounds[1], moves)

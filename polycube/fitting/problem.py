@@ -66,7 +66,23 @@ class FitProblem:
 
     @cached_property
     def _direction_mean(self) -> csr_matrix:
-        return _direction_mean(self.hexes)
+        """(3H, 3H) mean over the same direction (3 hex + direction) in the neighbouring hexes."""
+        hexes, (a, b) = self.hexes, neighbours(self.hexes)
+        first, second = [3 * (a // 6) + a % 6 // 2], [3 * (b // 6) + b % 6 // 2]
+        for k in range(2):  # the two directions in the common face
+            one, two = FACES[a % 6, k], FACES[a % 6, k + 1]
+            start, end = (
+                (hexes[b // 6] == hexes[a // 6, corner][:, None]).argmax(axis=1)
+                for corner in (one, two)
+            )
+            first.append(3 * (a // 6) + (PLACES[one] != PLACES[two]).argmax(axis=1))
+            second.append(3 * (b // 6) + (PLACES[start] != PLACES[end]).argmax(axis=1))
+        i, j = np.concatenate(first), np.concatenate(second)
+        entries = (np.ones(2 * len(i)), (np.append(i, j), np.append(j, i)))
+        graph = coo_matrix(entries, shape=(3 * len(hexes),) * 2).tocsr()
+        degree = graph @ np.ones(3 * len(hexes))
+        isolated = diags((degree == 0).astype(float))
+        return (diags(1 / np.maximum(degree, 1)) @ graph + isolated).tocsr()
 
     @cached_property
     def side_valence(self) -> np.ndarray:
@@ -137,9 +153,19 @@ class FitProblem:
     ) -> Springs:
         """Springs from points of the target to the closest compatible boundary quads.
 
+        Points of a CAD face are matched with its own quads if it has any.
+
         weight : (V,) per square of the size; 0 for a point whose quad has an incompatible normal
         """
-        share = self._nearest_quads(triangles(x, self.quads), quad_normals, alpha)
+        corners, normals = triangles(x, self.quads), np.repeat(quad_normals, 4, axis=0)
+        if self._tree is None:
+            self._tree = closest.tree(corners, normals, np.repeat(self.cad_face, 4))
+        else:
+            self._tree = closest.moved(self._tree, corners, normals)
+        wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
+        _, self._triangle, share = closest.closest(
+            self._tree, self.points, self.point_normals, alpha, self._triangle, group=wanted
+        )
         quad, corner = self._triangle // 4, self._triangle % 4
         weights = np.repeat(share[:, 2:] / 4, 4, axis=1)
         row = np.arange(len(quad))
@@ -151,24 +177,6 @@ class FitProblem:
         strength = number * weight[vertex].min(axis=1) * facing
         strength /= self.size(x)[vertex].mean(axis=1) ** 2
         return Springs(vertex, weights, self.points, self.point_normals, strength, slack * strength)
-
-    def _nearest_quads(
-        self, corners: np.ndarray, quad_normals: np.ndarray, alpha: float
-    ) -> np.ndarray:
-        """Find the closest triangles (4 per quad) of the points; returns the weights (N, 3).
-
-        Points of a CAD face are matched with its own quads if it has any.
-        """
-        normals = np.repeat(quad_normals, 4, axis=0)
-        if self._tree is None:
-            self._tree = closest.tree(corners, normals, np.repeat(self.cad_face, 4))
-        else:
-            self._tree = closest.moved(self._tree, corners, normals)
-        wanted = np.where(np.isin(self.point_face, self.cad_face), self.point_face, 0)
-        _, self._triangle, share = closest.closest(
-            self._tree, self.points, self.point_normals, alpha, self._triangle, group=wanted
-        )
-        return share
 
     def relax(
         self,
@@ -228,22 +236,3 @@ def _incidence(cells: np.ndarray, n: int) -> csr_matrix:
     """(V, C) matrix of ones for the cells of each vertex."""
     column = np.repeat(np.arange(len(cells)), cells.shape[1])
     return csr_matrix((np.ones(cells.size), (cells.ravel(), column)), shape=(n, len(cells)))
-
-
-def _direction_mean(hexes: np.ndarray) -> csr_matrix:
-    """(3H, 3H) mean over the same direction (3 hex + direction) in the neighbouring hexes."""
-    a, b = neighbours(hexes)
-    first, second = [3 * (a // 6) + a % 6 // 2], [3 * (b // 6) + b % 6 // 2]
-    for k in range(2):  # the two directions in the common face
-        one, two = FACES[a % 6, k], FACES[a % 6, k + 1]
-        start, end = (
-            (hexes[b // 6] == hexes[a // 6, local][:, None]).argmax(axis=1) for local in (one, two)
-        )
-        first.append(3 * (a // 6) + (PLACES[one] != PLACES[two]).argmax(axis=1))
-        second.append(3 * (b // 6) + (PLACES[start] != PLACES[end]).argmax(axis=1))
-    i, j = np.concatenate(first), np.concatenate(second)
-    entries = (np.ones(2 * len(i)), (np.append(i, j), np.append(j, i)))
-    graph = coo_matrix(entries, shape=(3 * len(hexes),) * 2).tocsr()
-    degree = graph @ np.ones(3 * len(hexes))
-    isolated = diags((degree == 0).astype(float))
-    return (diags(1 / np.maximum(degree, 1)) @ graph + isolated).tocsr()

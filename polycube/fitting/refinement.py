@@ -12,20 +12,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Goals, Matching, goals, match, no_features
+from polycube.fitting.creases.constraints import Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import exceeded_limits, least_jacobian, merit
+from polycube.fitting.snapping import exceeded_limits, merit
 from polycube.fitting.springs import pull
 from polycube.hexmesh.connectivity import edges, split
-from polycube.hexmesh.inspection import Inspection, inspect
+from polycube.hexmesh.inspection import inspect
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.fit_target import Target, target
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
+LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
+# smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST
+RELATIVE_LEAST = 0.9
 GOOD = 0.5  # score above which no other recipe is tried
 REACH = 0.0038  # distance within which 99 % of the surface should be: 0.4 % with any sampling
 FAR = 50.0  # penalty per diagonal beyond it
@@ -71,7 +74,7 @@ def refine(
     exact : features are not released
     """
     before = inspect(mesh, surface)
-    least = least_jacobian(before.scaled_jacobian)
+    least = min(LEAST, RELATIVE_LEAST * before.scaled_jacobian)
     best, fine = None, split(mesh)
     for recipe in RECIPES[:1] if exact else RECIPES:
         for name, candidate in _candidates(fine, target(surface), recipe, features, least, exact):
@@ -87,11 +90,10 @@ def refine(
             )
             is_near = distance <= reach or distance + 1e-9 < before.deviation.to_mesh.p99
             passes = found.scaled_jacobian >= least and is_near
-            sound = exceeded_limits(found) <= exceeded_limits(before) and _lost(found) <= _lost(
-                before
-            )
+            is_sound = exceeded_limits(found) <= exceeded_limits(before)
+            is_sound &= found.n_lost_features <= before.n_lost_features
             rank = distance <= reach, value - FAR * max(0.0, distance - reach)
-            if passes and sound and (best is None or rank > best[0]):
+            if passes and is_sound and (best is None or rank > best[0]):
                 best = rank, candidate
         if best is not None and best[0] >= (True, GOOD):
             break
@@ -99,11 +101,6 @@ def refine(
         logger.info("refine: no finer mesh has a scaled Jacobian of %.2f or more", least)
         return mesh
     return best[1]
-
-
-def _lost(found: Inspection) -> int:
-    """Number of features of a CAD part that the mesh loses."""
-    return sum(feature.is_lost for feature in found.features)
 
 
 def _candidates(
@@ -156,17 +153,15 @@ def _rings(problem: FitProblem, near: np.ndarray) -> np.ndarray:
 
 
 def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
-    """Positions with the whole boundary at its goals and the interior following."""
-    shift = _near_goals(problem, x, matching).place(problem, x) - x
-    free = np.setdiff1d(np.arange(len(x)), problem.outer)
-    return x + harmonic(x, edges(problem.hexes), free, shift)
+    """Positions with the whole boundary at its goals and the interior following.
 
-
-def _near_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> Goals:
-    """Goals of the boundary vertices; sharp edges and corners only if they are close."""
+    The goals are on sharp edges and corners only if these are close.
+    """
     at = goals(problem, x, matching, NORMALS, np.ones(len(x), bool))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
-    return goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
+    at = goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
+    free = np.setdiff1d(np.arange(len(x)), problem.outer)
+    return x + harmonic(x, edges(problem.hexes), free, at.place(problem, x) - x)
 
 
 def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:

@@ -20,14 +20,7 @@ BEYOND = 0.25  # weight of the scaled Jacobian above it
 # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
 CREASES = Goal.features
 INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
-LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
-# smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST
-RELATIVE_LEAST = 0.9
-# a mesh that exceeds one of these limits does not fit the surface
-OFF_SURFACE = Goal.far_vertices  # of the diagonal, for boundary vertices
-APART = 0.045  # of the diagonal, for all sample points in both directions
-VOLUME_OFF = Goal.far_volume  # of the volume of the surface
-POOR = Goal.poor_jacobian  # scaled Jacobian
+APART = 0.045  # of the diagonal: limit of the distance of all sample points in both directions
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,19 +130,12 @@ def merit(found: Inspection) -> float:
 
 
 def exceeded_limits(found: Inspection) -> int:
-    """Number of limits that a mesh exceeds."""
-    apart = found.deviation
-    farthest = max(apart.to_surface.largest, apart.to_mesh.largest)
+    """Number of limits that a mesh exceeds; it does not fit the surface if it exceeds one."""
     return sum(
         [
-            found.scaled_jacobian < POOR,
-            apart.vertices >= OFF_SURFACE,
-            farthest >= APART,
-            abs(found.volume_ratio - 1) >= VOLUME_OFF,
+            found.scaled_jacobian < Goal.poor_jacobian,
+            found.deviation.vertices >= Goal.far_vertices,
+            found.largest >= APART,
+            abs(found.volume_ratio - 1) >= Goal.far_volume,
         ]
     )
-
-
-def least_jacobian(coarse: float) -> float:
-    """Smallest scaled Jacobian of a refined mesh, from that of the coarse mesh."""
-    return min(LEAST, RELATIVE_LEAST * coarse)

@@ -71,28 +71,25 @@ def _means(mesh: HexMesh) -> csr_matrix:
 
 
 def _unfolded(mesh: HexMesh, target: Target, means: csr_matrix) -> HexMesh:
-    """Separate quads without a limit and untangle the hexes nearby; sound if successful."""
+    """Separate quads without a limit and untangle the hexes nearby; sound if successful.
+
+    The vertices of crossing quads move halfway to the mean of their neighbours, repeatedly.
+    """
     tried = mesh
     for rings in RINGS:
-        tried = _parted(tried, means)
+        for _ in range(STEPS):
+            found = crossings(tried)
+            if not len(found):
+                break
+            moved = np.unique(tried.quads[np.unique(found)])
+            vertices = tried.vertices.copy()
+            vertices[moved] = (vertices[moved] + means[moved] @ vertices) / 2
+            tried = replace(tried, vertices=vertices)
         moved = (tried.vertices != mesh.vertices).any(axis=1)
         tried = _untangled_near(tried, moved, rings, target)
         if is_sound(tried):
             break
     return tried
-
-
-def _parted(mesh: HexMesh, means: csr_matrix) -> HexMesh:
-    """Move the vertices of crossing quads halfway to the mean of their neighbours, repeatedly."""
-    for _ in range(STEPS):
-        found = crossings(mesh)
-        if not len(found):
-            break
-        moved = np.unique(mesh.quads[np.unique(found)])
-        vertices = mesh.vertices.copy()
-        vertices[moved] = (vertices[moved] + means[moved] @ vertices) / 2
-        mesh = replace(mesh, vertices=vertices)
-    return mesh
 
 
 def _untangled_near(mesh: HexMesh, moves: np.ndarray, rings: int, target: Target) -> HexMesh:

@@ -118,7 +118,10 @@ def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.nda
     _, face = goal.closest(points, np.repeat(normals, len(NINTHS), axis=0), ALPHA)
     found = named[face].reshape(-1, len(NINTHS))
     bounded = bounded_faces(goal, named, corners, normals)
-    across = _across(mesh.quads)
+    other = np.arange(mesh.quads.size)  # the other side at the edge of each side; or itself
+    first, second = twins(mesh.quads)
+    other[first], other[second] = second, first
+    across = other.reshape(-1, 4)
     is_smooth = np.einsum("qd,qkd->qk", normals, normals[across // 4]) > SMOOTH
     region = _with_short_borders(found, bounded, across, corners, is_smooth)
     return region, (found == region[:, None]).mean(axis=1)
@@ -196,11 +199,3 @@ def _with_short_borders(
         if not moved.any():
             return region
         region = np.where(moved, candidates[row, best], region)
-
-
-def _across(quads: np.ndarray) -> np.ndarray:
-    """(Q, 4) the other side at the edge of each side, as 4 quad + corner; or itself."""
-    found = np.arange(quads.size)
-    first, second = twins(quads)
-    found[first], found[second] = second, first
-    return found.reshape(-1, 4)

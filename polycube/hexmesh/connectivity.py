@@ -191,13 +191,8 @@ def check_conforming(mesh: HexMesh) -> None:
     if not np.array_equal(found, listed):
         raise ValueError("quads are not the boundary faces of the hexes")
     quad_edges(mesh.quads)
-    _check_fans(mesh.quads)
-
-
-def _check_fans(quads: np.ndarray) -> None:
-    """Raise ValueError if the quads around a vertex form more than one fan."""
-    _, corner = np.unique(fans(quads), return_index=True)
-    vertex, count = np.unique(quads.ravel()[corner], return_counts=True)
+    _, corner = np.unique(fans(mesh.quads), return_index=True)
+    vertex, count = np.unique(mesh.quads.ravel()[corner], return_counts=True)
     if (count > 1).any():
         raise ValueError(
             f"boundary is not a manifold at vertex {vertex[np.argmax(count > 1)]}: "
@@ -224,22 +219,18 @@ def split(mesh: HexMesh) -> HexMesh:
         number[:, here] = start + inverse.reshape(corners.shape[:2])
         vertices.append(mesh.vertices[rows].mean(axis=1))
         middles[size] = rows, start
-    hexes = number[:, _CHILDREN].reshape(-1, 8)
+    quads = mesh.quads
+    middle = _number_of(half_edges(quads), *middles[2]).reshape(-1, 4)
+    centre = np.repeat(_number_of(quads, *middles[4])[:, None], 4, axis=1)
+    children = np.stack([quads, middle, centre, np.roll(middle, 1, axis=1)], axis=-1)
     return replace(
         mesh,
         vertices=np.vstack(vertices),
-        hexes=hexes,
-        quads=_split_quads(mesh.quads, middles),
+        hexes=number[:, _CHILDREN].reshape(-1, 8),
+        quads=children.reshape(-1, 4),
         patch=np.repeat(mesh.patch, 4),
         cell=np.repeat(mesh.cell, 8),
     )
-
-
-def _split_quads(quads: np.ndarray, middles: dict[int, tuple[np.ndarray, int]]) -> np.ndarray:
-    """(4 Q, 4) children of the boundary quads, with the same orientation."""
-    middle = _number_of(half_edges(quads), *middles[2]).reshape(-1, 4)
-    centre = np.repeat(_number_of(quads, *middles[4])[:, None], 4, axis=1)
-    return np.stack([quads, middle, centre, np.roll(middle, 1, axis=1)], axis=-1).reshape(-1, 4)
 
 
 def _number_of(rows: np.ndarray, known: np.ndarray, start: int) -> np.ndarray:

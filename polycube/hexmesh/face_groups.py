@@ -35,18 +35,11 @@ GAUSS = 0.5 + np.sqrt(1 / 12) * np.array([-1, 1])  # two points on the unit inte
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """Measures of faces, or of unions of faces.
+    """Measures of faces, or of unions of faces."""
 
-    Parameters
-    ----------
-    area : (N,) areas
-    normal : (N, 3) mean normals over the area, of length 1 for flat faces
-    middle : (N, 3) centroids
-    """
-
-    area: np.ndarray
-    normal: np.ndarray
-    middle: np.ndarray
+    area: np.ndarray  # (N,) areas
+    normal: np.ndarray  # (N, 3) mean normals over the area, of length 1 for flat faces
+    middle: np.ndarray  # (N, 3) centroids
 
     def joined(self, group: np.ndarray) -> Faces:
         """Measures of the unions of the faces with the same number in `group` (N,), from 0."""

@@ -24,25 +24,16 @@ MOST = 95  # per cent of the samples that must be close
 
 @dataclass(frozen=True)
 class Feature:
-    """A point, curve or face of a part, and its distance from a hex mesh.
+    """A point, curve or face of a part, and its distance from a hex mesh."""
 
-    Parameters
-    ----------
-    kind : "point", "curve" or "face"
-    shape : for a curve "line", "circle" or "curve"; for a face "plane", "cylinder" etc.; for a
-        point ""
-    faces : the CAD face, or the adjacent CAD faces
-    place : a point of the feature, in model units
-    distance : distance not exceeded by 95 % of its samples, as a fraction of the diagonal
-    size : half radius of a circle, extent of another curve, root of the area of a face; for a
-        point, the size of its smallest curve, as a fraction of the diagonal
-    """
-
-    kind: str
+    kind: str  # "point", "curve" or "face"
+    # for a curve "line", "circle" or "curve"; for a face "plane", "cylinder" etc.; for a point ""
     shape: str
-    faces: tuple[int, ...]
-    place: tuple[float, ...]
-    distance: float
+    faces: tuple[int, ...]  # the CAD face, or the adjacent CAD faces
+    place: tuple[float, ...]  # a point of the feature, in model units
+    distance: float  # distance not exceeded by 95 % of its samples, as a fraction of the diagonal
+    # half radius of a circle, extent of another curve, root of the area of a face; for a point, the
+    # size of its smallest curve, as a fraction of the diagonal
     size: float
 
     def limit(self, goal: Goal) -> float:

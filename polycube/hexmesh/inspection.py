@@ -52,17 +52,10 @@ class LocalDistance:
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """Measurements of a hex mesh; each is computed at first access.
+    """Measurements of a hex mesh; each is computed at first access."""
 
-    Parameters
-    ----------
-    mesh : HexMesh
-    surface : TriMesh
-        The closed surface that the mesh should fill.
-    """
-
-    mesh: HexMesh
-    surface: TriMesh
+    mesh: HexMesh  # HexMesh
+    surface: TriMesh  # TriMesh The closed surface that the mesh should fill.
 
     @cached_property
     def scaled_jacobian(self) -> float:
@@ -141,6 +134,11 @@ class Inspection:
         distance = self._on_surface.distance[: len(numbers)]  # the vertices follow
         nearest = {n: distance[numbers == n] for n in np.unique(self.surface.region).tolist()}
         return feature_distances(self.mesh, self.surface, nearest)
+
+    @property
+    def n_lost_features(self) -> int:
+        """Number of points, curves and faces of a CAD part that are lost by the default limits."""
+        return sum(feature.is_lost for feature in self.features)
 
     @cached_property
     def lost_faces(self) -> tuple[str, ...]:

@@ -99,20 +99,13 @@ def may_name(place: object) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class CadSets:
-    """The sets of CAD faces of a surface; their names are unique without regard to case.
+    """The sets of CAD faces of a surface; their names are unique without regard to case."""
 
-    Parameters
-    ----------
-    numbers : numbers of the CAD faces of each set
-    alone : set of each CAD face alone, `cad_face_1` etc.
-    edges : pairs of CAD faces on both sides of each named edge, by the name of its set of nodes
-    names : names of sets that come from the file, with the name there
-    """
-
-    numbers: dict[str, np.ndarray]
-    alone: dict[int, str]
+    numbers: dict[str, np.ndarray]  # numbers of the CAD faces of each set
+    alone: dict[int, str]  # set of each CAD face alone, `cad_face_1` etc.
+    # pairs of CAD faces on both sides of each named edge, by the name of its set of nodes
     edges: dict[str, tuple[tuple[int, ...], ...]]
-    names: dict[str, str]
+    names: dict[str, str]  # names of sets that come from the file, with the name there
 
     def renamed(self) -> list[str]:
         """A sentence on the sets with a number, because another one has their name."""

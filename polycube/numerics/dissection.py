@@ -30,7 +30,9 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
     """
     touches = np.ones(matrix.nnz)  # values could cancel when the neighbours of a row are counted
     pattern = csr_matrix((touches, matrix.indices, matrix.indptr), matrix.shape)
-    group, first = _equal_rows(pattern)
+    # equal rows are one group, also by their products with random numbers
+    keys = pattern @ np.random.default_rng(0).random(pattern.shape[0])
+    _, first, group = np.unique(keys, return_index=True, return_inverse=True)
     graph = csr_matrix(pattern[first][:, first])
     members = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
     size = np.bincount(group)
@@ -38,15 +40,6 @@ def dissect(matrix: csr_matrix, points: np.ndarray) -> list[Front]:
     for own, children in _cut(graph, points[first], size, np.arange(len(first)), fronts):
         fronts.append(Front(np.concatenate([members[g] for g in own]), children))
     return fronts
-
-
-def _equal_rows(pattern: csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-    """Group of each row, with equal patterns in one group, and one row of each group."""
-    rng = np.random.default_rng(0)
-    _, first, group = np.unique(
-        pattern @ rng.random(pattern.shape[0]), return_index=True, return_inverse=True
-    )
-    return group.ravel(), first
 
 
 def _cut(
@@ -66,10 +59,15 @@ def _cut(
         for axis in range(points.shape[1])
         for choice in _separators(part, points[nodes, axis], weight)
     ]
+
+    def cost(choice: tuple[np.ndarray, np.ndarray]) -> float:
+        """Unknowns of the separator divided by those of the two parts, multiplied."""
+        touching, side = choice
+        apart = weight[side & ~touching].sum() * weight[~side].sum()
+        return weight[touching].sum() / max(apart, 1e-9)
+
     none = np.zeros((2, len(nodes)), bool)
-    touching, side = min(
-        choices, key=lambda choice: _cost(choice, weight), default=(none[0], none[1])
-    )
+    touching, side = min(choices, key=cost, default=(none[0], none[1]))
     if not touching.any():
         # for halves that are not adjacent: a front needs an unknown
         touching[np.argmax(side)] = True
@@ -97,10 +95,3 @@ def _separators(
         high[order[place:]] = True
         for side in (high, ~high):
             yield side & (part @ (~side).astype(np.float64) != 0), side
-
-
-def _cost(choice: tuple[np.ndarray, np.ndarray], weight: np.ndarray) -> float:
-    """Unknowns of the separator divided by those of the two parts, multiplied."""
-    touching, side = choice
-    apart = weight[side & ~touching].sum() * weight[~side].sum()
-    return weight[touching].sum() / max(apart, 1e-9)

@@ -78,13 +78,13 @@ def descend(
     for _ in range(iterations):
         direction, slope = pairs.direction(gradient, step)
         if slope >= 0:
-            pairs.clear()
+            pairs.number = 0
             direction, slope = pairs.direction(gradient, step)
         found = _backtrack(evaluate, back, x, value, direction, slope)
         if found is None:
             if not pairs.number:
                 break
-            pairs.clear()
+            pairs.number = 0
             continue
         moved, lower, turned = found
         pairs.add(moved - x, turned - gradient)
@@ -108,10 +108,6 @@ class _Pairs:
         self._changes, self._bends = np.empty((MEMORY, size)), np.empty((MEMORY, size))
         self._inverses = np.empty(MEMORY)  # inverse curvatures, change . bend
         self.number, self._next = 0, 0
-
-    def clear(self) -> None:
-        """Remove all pairs."""
-        self.number = 0
 
     def add(self, change: np.ndarray, bend: np.ndarray) -> None:
         """Replace the oldest pair, unless the curvature of the new one is not clearly positive."""

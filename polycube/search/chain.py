@@ -195,12 +195,7 @@ def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
 def _key(stage: Stage, state: RunState) -> tuple[object, ...]:
     """Key of the result of a stage for a state; the objects of a state live as long as the run."""
     others = [id(getattr(state, name)) for name in KINDS[stage.kind].takes if name != "hexes"]
-    return stage.kind, repr(stage.plugin), _digest(state.hexes), *others
-
-
-def _digest(mesh: HexMesh | None) -> str:
-    if mesh is None:
-        return ""
-    data = hashlib.sha256(mesh.vertices.tobytes())
-    data.update(mesh.hexes.tobytes())
-    return data.hexdigest()
+    digest, mesh = hashlib.sha256(), state.hexes
+    for array in () if mesh is None else (mesh.vertices, mesh.hexes):
+        digest.update(array.tobytes())
+    return stage.kind, repr(stage.plugin), digest.hexdigest(), *others

@@ -9,7 +9,6 @@ import numpy as np
 from polycube.state import RunState
 from polycube.structure.projection import pull_back
 from polycube.structure.recognition import read_structure
-from polycube.types import Candidate, Polycube
 
 logger = logging.getLogger(__name__)
 
@@ -34,21 +33,11 @@ def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
     )
     for candidate in (each.candidate for each in state.ranked):
         if candidate.key == entry.candidate.key and candidate.trajectory is not None:
-            return replace(
-                state,
-                trajectory=candidate.trajectory,
-                steps=candidate.steps,
-                denoised_on=_denoised_on(candidate, candidate.trajectory[-1], primitives),
-            )
+            denoised, own = candidate.trajectory, candidate.polycube
+            state = replace(state, trajectory=denoised, steps=candidate.steps)
+            found = read_structure(denoised[-1], own, primitives, MARGIN)
+            if found is own:
+                return state
+            logger.info("denoised as %s, the points lie on %s", own.context, found.context)
+            return replace(state, denoised_on=found)
     return state
-
-
-def _denoised_on(
-    candidate: Candidate, points: np.ndarray, primitives: Primitives
-) -> Polycube | None:
-    """The polycube on which denoised points lie; None if it is that of the candidate."""
-    found = read_structure(points, candidate.polycube, primitives, MARGIN)
-    if found is candidate.polycube:
-        return None
-    logger.info("denoised as %s, the points lie on %s", candidate.polycube.context, found.context)
-    return found

@@ -22,7 +22,7 @@ from polycube.stages import Stage
 from polycube.state import RunState
 from polycube.surface import measures
 from polycube.surface.fit_target import target
-from polycube.types import HexMesh, Tier, TriMesh
+from polycube.types import HexMesh, Tier
 
 logger = logging.getLogger(__name__)
 
@@ -56,7 +56,10 @@ def partly_fitted_state(task: Task, start: RunState, why: str) -> RunState | Non
             made.append(_moved(task, stage, replace(start, hexes=made[-1])))
     verdicts = [(judged(task.acceptance, mesh, start.surface), mesh) for mesh in made]
     verdict, mesh = max(verdicts, key=lambda each: each[0].key)
-    best, off = replace(start, hexes=mesh), _off_surface(mesh, start.surface)
+    best, goal = replace(start, hexes=mesh), target(start.surface)
+    outer = goal.to_unit(mesh.vertices[np.unique(mesh.quads)])
+    # share of the boundary vertices that are not on the surface
+    off = float((np.linalg.norm(outer - goal.closest(outer)[0], axis=1) > NEAR).mean())
     if not off and verdict.is_valid:
         return best
     sentence = (
@@ -114,13 +117,6 @@ def _moved(task: Task, stage: Stage, state: RunState) -> HexMesh:
         "%s: %d of %d vertices are moved only in part", stage.kind, (share < 1).sum(), len(share)
     )
     return valid
-
-
-def _off_surface(hexes: HexMesh, surface: TriMesh) -> float:
-    """Share of the boundary vertices that are not on the surface."""
-    goal, outer = target(surface), np.unique(hexes.quads)
-    places = goal.to_unit(hexes.vertices[outer])
-    return float((np.linalg.norm(places - goal.closest(places)[0], axis=1) > NEAR).mean())
 
 
 def _distances(state: RunState) -> str:

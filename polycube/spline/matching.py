@@ -92,8 +92,11 @@ class Matcher:
         """Matches of the points of the surface with compatible normals, and of close creases."""
         pieces = triangles(self._skin @ control, PIECES)
         facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
-        tree = self._moved(pieces, facing)
-        face, piece, rows = self._place(tree, self._points, self._normals)
+        if self._tree is None:
+            self._tree = closest.tree(pieces, facing)
+        else:  # with the first subdivision
+            self._tree = closest.moved(self._tree, pieces, facing)
+        face, piece, rows = self._place(self._tree, self._points, self._normals)
         faces_it = np.einsum("nd,nd->n", self._normals, facing[piece]) > 0.3
         faces_it &= (self._cad_face[face] == 0) | (self._cad_face[face] == self._on)
         count = np.bincount(face, minlength=len(area))[face]
@@ -103,19 +106,11 @@ class Matcher:
         cover = Matches(rows, goal, self._normals, COVER * share[face] / count * faces_it)
         if len(self._creases) == 0:
             return [cover]
-        face, _, rows = self._place(tree, self._creases)
+        face, _, rows = self._place(self._tree, self._creases)
         gap = self._creases - rows @ control
         length, side = np.linalg.norm(gap, axis=1), np.sqrt(area[face])
         weight = CREASE * STEP / side * share[face] * (length < REACH * side)
         return [cover, Matches(rows, self._creases, gap / (length[:, None] + 1e-12), weight)]
-
-    def _moved(self, pieces: np.ndarray, facing: np.ndarray) -> closest.Tree:
-        """Tree of the parts of the boundary, with the first subdivision."""
-        if self._tree is None:
-            self._tree = closest.tree(pieces, facing)
-        else:
-            self._tree = closest.moved(self._tree, pieces, facing)
-        return self._tree
 
     def _along(self, control: np.ndarray, share: np.ndarray) -> Matches:
         """Matches of the edges between CAD faces."""

@@ -185,7 +185,10 @@ def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
             is_sure = np.ones(len(elements), bool)
             found = BASIS @ points[spline.nodes[elements[:, 0]]]
         else:
-            nodes = spline.nodes[elements[:, _at_corners(level)], CORNER_NODES]  # (K, 8, 8)
+            octant, corner = np.indices((8, 8))
+            # of the 8^level elements of a hex, the one at each corner of each octant
+            at_corners = octant * 8 ** (level - 1) + corner * ((8 ** (level - 1) - 1) // 7)
+            nodes = spline.nodes[elements[:, at_corners], CORNER_NODES]  # (K, 8, 8)
             ids = nodes.reshape(-1, 64)
             first = ids[:, FIRST]
             # whether the elements have the expected order
@@ -194,12 +197,6 @@ def _sampled(spline: Spline) -> tuple[np.ndarray, np.ndarray]:
         hexes.append(spline.element_hex[elements[is_sure, 0]])
         at.append(found[is_sure])
     return np.concatenate(hexes), np.concatenate(at)
-
-
-def _at_corners(level: int) -> np.ndarray:
-    """(8, 8) number, of the 8^level elements of a hex, of the one at corner q of octant o."""
-    octant, corner = np.indices((8, 8))
-    return octant * 8 ** (level - 1) + corner * ((8 ** (level - 1) - 1) // 7)
 
 
 def _log(found: HexElements, spline: Spline | None) -> None:

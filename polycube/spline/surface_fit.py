@@ -18,6 +18,7 @@ from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.fit import Fit
 from polycube.spline.matching import Matcher
 from polycube.spline.positive import damped, raised, restored, shares
+from polycube.spline.spaces.sharpness import HALVED_DETJ
 from polycube.surface.fit_target import target
 from polycube.types import Spline, TriMesh
 
@@ -25,8 +26,6 @@ MEMBRANE = 0.02  # weight of the membrane relative to the squared gaps, by their
 REGULARIZATION = 1e-6  # relative contribution below which control points stay fixed
 EXACT = 1e-9  # move, in diagonals, below which the spline is on the surface
 LOOSE = 0.5  # share of its scaled det J that an element keeps before it is raised
-# cost of each halving of the least scaled det J below the floor, as a distance in diagonals
-HALVED_DETJ = 0.001
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}  # and positive definite
 FIRST = 0.2  # share of the floor used first if the whole floor cannot be reached at once
 

@@ -152,21 +152,15 @@ def _robust(
 
 def _keeps_orientation(positions: np.ndarray) -> bool:
     """Whether the three edges at every corner of every control cell are right-handed."""
-    size = np.array(positions.shape[:3]) - 1
+    x, y, z = (n - 1 for n in positions.shape[:3])
+    corners = {
+        (a, b, c): positions[a : x + a, b : y + b, c : z + c] for a, b, c in np.ndindex(2, 2, 2)
+    }
     signs = []
-    for corner in np.ndindex(2, 2, 2):
-        at = _cells(positions, corner, size)
+    for corner, at in corners.items():
         edges = []
         for axis in range(3):
-            other = list(corner)
-            other[axis] = 1 - corner[axis]
-            edges.append((_cells(positions, other, size) - at) * (1 - 2 * corner[axis]))
+            other = tuple(1 - c if a == axis else c for a, c in enumerate(corner))
+            edges.append((corners[other] - at) * (1 - 2 * corner[axis]))
         signs.append(np.einsum("...i,...i", edges[0], np.cross(edges[1], edges[2])).min())
     return min(signs) > 0
-
-
-def _cells(
-    positions: np.ndarray, corner: tuple[int, ...] | list[int], size: np.ndarray
-) -> np.ndarray:
-    """Positions of one corner of every control cell."""
-    return positions[tuple(slice(c, c + n) for c, n in zip(corner, size, strict=True))]

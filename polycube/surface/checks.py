@@ -31,12 +31,8 @@ def check_surface(surface: TriMesh) -> None:
     """Raise InputError unless the surface bounds one solid."""
     faces = surface.faces
     check_closed(surface)
-    _refuse(
-        surface,
-        misoriented_edges(faces),
-        "not oriented",
-        "that both faces have in the same direction",
-    )
+    edges = misoriented_edges(faces)
+    _refuse(surface, edges, "not oriented", "that both faces have in the same direction")
     vertices = nonmanifold_vertices(faces)[:, None]
     _refuse(surface, vertices, "not manifold", "where its parts touch only in a point")
     _check_one_piece(surface)

@@ -49,10 +49,14 @@ def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
 
 @lru_cache(maxsize=2)  # several plugins need those of the same surface
 def _frames(surface: TriMesh) -> list[np.ndarray]:
+    import trimesh
+
     hull = surface.vertices[ConvexHull(surface.vertices).vertices]
     hull = (hull - hull.mean(axis=0)) / np.ptp(hull, axis=0).max()
     normals, areas = _normals(surface)
-    main, box = _inertia_axes(surface), _tight_box(hull)
+    # axes of the smallest bounding box with a side on the convex hull
+    box = trimesh.bounds.oriented_bounds(hull)[0][:3, :3]
+    main, box = _inertia_axes(surface), box * np.sign(np.linalg.det(box))
     quarter = [Rotation.from_rotvec(np.pi / 4 * np.eye(3)[axis]).as_matrix() for axis in (2, 0)]
     starts = [main, box, *(turn @ box for turn in quarter)]
 
@@ -90,14 +94,6 @@ def _inertia_axes(surface: TriMesh) -> np.ndarray:
     second = np.einsum("f,fi,fj->ij", volumes / 20, sums, sums)
     second += np.einsum("f,fki,fkj->ij", volumes / 20, corners, corners)
     axes = np.linalg.eigh(second / volumes.sum() - np.outer(centre, centre))[1].T
-    return axes * np.sign(np.linalg.det(axes))
-
-
-def _tight_box(hull: np.ndarray) -> np.ndarray:
-    """Axes of the smallest bounding box with a side on the convex hull, as a rotation."""
-    import trimesh
-
-    axes = trimesh.bounds.oriented_bounds(hull)[0][:3, :3]
     return axes * np.sign(np.linalg.det(axes))
 
 

@@ -142,10 +142,13 @@ def twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order[:-1][same], order[1:][same]
 
 
-def between_faces(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs (N,), (N,) of `twins` on edges between two CAD faces."""
+def between_faces(
+    surface: TriMesh, region: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs (N,), (N,) of `twins` on edges between two CAD faces, or other regions (F,)."""
     first, second = twins(surface.faces)
-    differ = surface.region[first // 3] != surface.region[second // 3]
+    region = surface.region if region is None else region
+    differ = region[first // 3] != region[second // 3]
     return first[differ], second[differ]
 
 

@@ -4,20 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from numbers import Real
-from typing import Any
+from numbers import Integral, Real
+from typing import Any, TypeVar
 
 import numpy as np
 
+Json = Mapping[str, Any]  # a document, as in JSON and YAML: its values are of every kind
 Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
 DTYPES = {"int": np.int64, "bool": np.bool_, "float32": np.float32}
 PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
 PLAIN |= {"Mapping[str, str]": Mapping, "tuple[str, ...]": tuple}
+Kind = TypeVar("Kind")
 
 
 def is_number(value: object) -> bool:
     """Whether the value is a number and not a boolean."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_whole(value: object, least: int) -> bool:
+    """Whether the value is a whole number that is not too small, and not a boolean."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
+
+
+def check_whole(name: str, value: object, least: int) -> None:
+    """Raise ValueError unless the value is a whole number that is not too small."""
+    if not is_whole(value, least):
+        raise ValueError(f"{name} must be a whole number >= {least}; got {value!r}")
+
+
+def options_of(name: str, kind: type[Kind], given: Mapping | Kind) -> Kind:
+    """A dataclass of options from their values by name; raises ValueError for unknown names."""
+    if isinstance(given, kind):
+        return given
+    known = [each.name for each in fields(kind)]  # type: ignore[arg-type]
+    if unknown := sorted(set(given) - set(known)):  # type: ignore[arg-type]
+        raise ValueError(f"{name} takes {', '.join(known)}; got {unknown[0]!r}")
+    return kind(**given)  # type: ignore[arg-type]
 
 
 def freeze(obj: object, **specs: str) -> None:

@@ -66,7 +66,8 @@ def test_a_mesh_that_matches_its_part_is_refined_too():
 
 
 def test_the_mesh_is_unchanged_if_no_finer_mesh_is_good(coarse, sphere, monkeypatch):
-    monkeypatch.setattr(refinement, "least_jacobian", lambda coarse: 1.0)
+    monkeypatch.setattr(refinement, "LEAST", 1.0)
+    monkeypatch.setattr(refinement, "RELATIVE_LEAST", np.inf)
     assert refinement.refine(coarse, sphere) is coarse
 
 

@@ -14,6 +14,7 @@ from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import TriMesh
+from polycube.types.checks import options_of
 from tests.fixtures.hexmeshes import hex_ball, hex_box
 
 
@@ -152,4 +153,4 @@ def test_a_positive_spline_stays_positive():
 )
 def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=message):
-        Fit.of(options)
+        options_of("fit", Fit, options)

@@ -32,9 +32,9 @@ def groups_near_faults(
         found[:] = True
         return found
     near = at_fault.copy()
-    for a in range(len(p.pieces)):
-        if at_fault[p.pieces[a, 0]] or at_fault[p.pieces[a, 1]]:
-            near[p.pieces[a, 0]] = near[p.pieces[a, 1]] = True
+    for one, other in p.arcs.pieces:
+        if at_fault[one] or at_fault[other]:
+            near[one] = near[other] = True
     for g in range(len(found)):
         found[g] = near[groups.piece[groups.start[g] : groups.start[g + 1]]].any()
     return found

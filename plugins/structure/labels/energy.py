@@ -26,22 +26,13 @@ CREASED = 0.1  # factor on the cost of a border on a crease
 
 
 class Problem(NamedTuple):
-    """Arrays of the energy.
-
-    `weight` is the cost of each arc between two labels, `joined` that between equal labels.
-    """
+    """Arrays of the energy."""
 
     misfit: np.ndarray  # (P, 6)
     lean: np.ndarray  # (P, 6) mean of 1 - cosine between the normals and each label
-    pieces: np.ndarray  # (A, 2)
-    weight: np.ndarray  # (A,)
-    joined: np.ndarray  # (A,)
-    length: np.ndarray  # (A,)
-    turn: np.ndarray  # (A,)
-    cut: np.ndarray  # (A,)
-    start: np.ndarray  # (N + 1,)
-    arc: np.ndarray  # (M,)
-    side: np.ndarray  # (M,)
+    weight: np.ndarray  # (A,) cost of each arc between two labels
+    joined: np.ndarray  # (A,) cost of each arc between equal labels
+    arcs: Arcs
 
 
 def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
@@ -57,19 +48,7 @@ def problem(pieces: Pieces, arcs: Arcs, compactness: float) -> Problem:
     weight = compactness * arcs.length * np.where(arcs.is_crease, CREASED, 1.0)
     weight = weight + CUT * (arcs.turn == 0)
     weight = weight + _narrow(arcs.inside / np.where(arcs.turn > 0, 1, 3)) * (arcs.turn != 0)
-    return Problem(
-        misfit,
-        mean,
-        arcs.pieces,
-        weight,
-        _narrow(arcs.inside / 2),
-        arcs.length,
-        arcs.turn,
-        arcs.cut,
-        arcs.start,
-        arcs.arc,
-        arcs.side,
-    )
+    return Problem(misfit, mean, weight, _narrow(arcs.inside / 2), arcs)
 
 
 def _narrow(angle: np.ndarray) -> np.ndarray:
@@ -90,27 +69,27 @@ def energy(
     cost, faults = 0.0, 0.0
     for k in range(len(label)):
         cost += p.misfit[k, label[k]]
-    chart = np.arange(len(label))
-    outward = np.full(2 * len(p.pieces), -1)
-    for a in range(len(p.pieces)):
-        one, other = p.pieces[a, 0], p.pieces[a, 1]
+    arcs, chart = p.arcs, np.arange(len(label))
+    outward = np.full(2 * len(arcs.pieces), -1)
+    for a in range(len(arcs.pieces)):
+        one, other = arcs.pieces[a, 0], arcs.pieces[a, 1]
         if label[one] == label[other]:
             _join(chart, one, other)
             cost += p.joined[a]
             continue
         cost += p.weight[a]
         if label[one] // 2 == label[other] // 2:
-            faults += 1.0 + 3.0 * p.length[a]
+            faults += 1.0 + 3.0 * arcs.length[a]
             if len(at_fault):
                 at_fault[one] = at_fault[other] = True
-        turn = p.turn[a]
+        turn = arcs.turn[a]
         if turn == 0:
-            turn = sign[p.cut[a]] if p.cut[a] >= 0 else 1
+            turn = sign[arcs.cut[a]] if arcs.cut[a] >= 0 else 1
         inward = 0 if turn > 0 else 1
         outward[2 * a], outward[2 * a + 1] = label[other] ^ inward, label[one] ^ inward
     loop, total = np.arange(len(outward)), np.zeros(len(outward))
-    faults += _turns(p, label, outward, loop, total)
-    faults += _loops(p, outward, chart, loop, total, at_fault)
+    faults += _turns(arcs, label, outward, loop, total)
+    faults += _loops(arcs, outward, chart, loop, total, at_fault)
     return cost + FAULT * faults, faults
 
 
@@ -133,14 +112,14 @@ def _join(parent: np.ndarray, a: int, b: int) -> None:
 
 @njit(cache=True)
 def _turns(
-    p: Problem, label: np.ndarray, outward: np.ndarray, loop: np.ndarray, total: np.ndarray
+    arcs: Arcs, label: np.ndarray, outward: np.ndarray, loop: np.ndarray, total: np.ndarray
 ) -> float:
     """Connect the borders at points and add their turns; faults for reversed directions.
 
     outward : (2 A,) direction, as a label, in which a chart ends at a side of an arc, or -1
     loop, total : (2 A,) changed in place: border of each side of an arc, and its turns
     """
-    start, arc, side = p.start, p.arc, p.side
+    start, arc, side = arcs.start, arcs.arc, arcs.side
     faults = 0.0
     for n in range(len(start) - 1):
         first, before = -1, -1
@@ -150,7 +129,7 @@ def _turns(
                 continue
             if before >= 0:
                 leave, enter = 2 * arc[before] + side[before], 2 * arc[at] + 1 - side[at]
-                own = label[p.pieces[arc[before], side[before]]]
+                own = label[arcs.pieces[arc[before], side[before]]]
                 turn = _turn(own, outward[enter], outward[leave])
                 if turn == 2:
                     faults += 1.0
@@ -183,7 +162,7 @@ def _turn(own: int, one: int, other: int) -> int:
 
 @njit(cache=True)
 def _loops(
-    p: Problem,
+    arcs: Arcs,
     outward: np.ndarray,
     chart: np.ndarray,
     loop: np.ndarray,
@@ -197,7 +176,7 @@ def _loops(
     faults, gain = np.zeros(len(chart)), np.full(len(chart), np.inf)
     for h in range(len(loop)):
         if loop[h] == h and outward[h] >= 0:
-            c = _root(chart, p.pieces[h // 2, h % 2])
+            c = _root(chart, arcs.pieces[h // 2, h % 2])
             as_hole, as_outer = abs(summed[h] + 4), abs(summed[h] - 4)
             faults[c] += as_hole
             gain[c] = min(gain[c], as_outer - as_hole)

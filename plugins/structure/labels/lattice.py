@@ -146,7 +146,11 @@ def quantized(
     by the number of triangles.
     """
     separate = {(pair.axis, pair.low, pair.high) for pair in pairs}
-    index = [_ranks(values, SAME) for values in constants]
+    index = []
+    for values in constants:  # ranks, equal for close values
+        order = np.argsort(values, kind="stable")
+        index.append(np.zeros(len(values), int))
+        index[-1][order] = np.cumsum(np.append(0, np.diff(values[order]) > SAME))
     best = bricks(surface, charts, fields, constants, index, genus)
     if best is None or best.defect > MOST_DEFECTS:
         return best
@@ -179,18 +183,11 @@ def _merges(
     )
     for _, axis, k in gaps:
         new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
-        if (axis, new.tobytes()) in tried or _breaks(new, axis, separate):
+        is_broken = any(a == axis and new[low] == new[high] for a, low, high in separate)
+        if is_broken or (axis, new.tobytes()) in tried:
             continue
         tried.add((axis, new.tobytes()))
         yield [new if a == axis else best.index[a] for a in range(3)]
-
-
-def _ranks(values: np.ndarray, near: float) -> np.ndarray:
-    """Rank of each value; values closer than `near` to the next one have the same rank."""
-    order = np.argsort(values, kind="stable")
-    rank = np.zeros(len(values), int)
-    rank[order] = np.cumsum(np.append(0, np.diff(values[order]) > near))
-    return rank
 
 
 def _clusters(
@@ -206,8 +203,3 @@ def _clusters(
         members.append(group)
         index[group] = knot
     return index
-
-
-def _breaks(index: np.ndarray, axis: int, separate: set[tuple[int, int, int]]) -> bool:
-    """Whether two groups of a pair would have one knot."""
-    return any(a == axis and index[low] == index[high] for a, low, high in separate)

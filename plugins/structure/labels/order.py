@@ -48,13 +48,11 @@ def pairs(pieces: Pieces, charts: Charts) -> list[Pair]:
 def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
     """Pairs of borders and creases of one chart, along the axes of its plane."""
     half, across = chart_ends(pieces, charts)
-    vertices = pieces.surface.vertices
-    ends = vertices[half_edges(pieces.surface.faces)[half]]
-    direction = ends[:, 1] - ends[:, 0]
-    inward = np.cross(face_normals(pieces.surface)[half // 3], direction)
+    corner = half_edges(pieces.surface.faces)[half]
+    ends = pieces.surface.vertices[corner]
+    inward = np.cross(face_normals(pieces.surface)[half // 3], ends[:, 1] - ends[:, 0])
     inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-30)[:, None]
     own = charts.chart[half // 3]
-    corner = half_edges(pieces.surface.faces)[half]
     result = []
     for chart in range(len(charts.chart_label)):
         own_edges = np.flatnonzero(own == chart)

@@ -5,6 +5,7 @@ in diagonals of the bounding box, coordinates in a frame.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,7 +55,10 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     side = np.zeros((len(faces), 2), int)
     mean = _mean(part, face_normals(fine), face_areas(fine))
     for number in np.flatnonzero(is_plane & (np.abs(mean).max(axis=1) < SLANTED)):
-        for turn, direction in enumerate(_normal_directions(mean[number])):
+        flat = np.eye(3)[np.abs(mean[number]).argmin()]
+        across = flat - flat @ mean[number] * mean[number]
+        across /= np.linalg.norm(across)
+        for turn, direction in enumerate((np.cross(mean[number], across), across)):
             own = vertices[np.unique(faces[part == number])] @ direction
             middle = (own.min() + own.max()) / 2
             level = vertices @ direction - middle
@@ -74,14 +78,6 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
     areas = face_areas(fine)
     planar = float(areas[is_plane[part]].sum() / areas.sum())
     return Pieces(fine, piece, part[where], side[where], planar)
-
-
-def _normal_directions(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors in a slanted plane: along the slope, and across it."""
-    flat = np.eye(3)[np.abs(normal).argmin()]
-    across = flat - flat @ normal * normal
-    across /= np.linalg.norm(across)
-    return np.cross(normal, across), across
 
 
 def faces_of_part(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -124,8 +120,7 @@ def _mean(part: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarra
     return total / np.maximum(np.linalg.norm(total, axis=1), 1e-30)[:, None]
 
 
-@dataclass(frozen=True, eq=False)
-class Arcs:
+class Arcs(NamedTuple):
     """Arcs between pieces, numbered, and the fans of arcs around the end points of arcs.
 
     Side 0 of an arc is its first piece, side 1 its second. A fan lists the ends of arcs at one
@@ -170,17 +165,12 @@ def arcs(pieces: Pieces) -> Arcs:
     half_arc = np.full(faces.size, -1)  # 2 arc + side of each half-edge between pieces
     half_arc[first], half_arc[second] = 2 * arc, 2 * arc + 1
     start, around = _fans(faces, half_arc, np.flatnonzero(count > 2))
-    return Arcs(
-        sides,
-        length,
-        turn,
-        _cuts(pieces, sides),
-        bend < CREASE,
-        np.pi - mean,
-        start,
-        around // 2,
-        around % 2,
-    )
+    face, side = pieces.face[sides], pieces.side[sides]
+    apart = side[:, 0] * side[:, 1] < 0
+    is_cut = (face[:, 0] == face[:, 1]) & (apart.sum(axis=1) == 1)
+    cuts = np.where(is_cut, 2 * face[:, 0] + apart.argmax(axis=1), -1)
+    on_crease, inside = bend < CREASE, np.pi - mean
+    return Arcs(sides, length, turn, cuts, on_crease, inside, start, around // 2, around % 2)
 
 
 def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
@@ -212,11 +202,3 @@ def _fans(
                 break
         start.append(len(around))
     return np.array(start), np.array(around, np.int64)
-
-
-def _cuts(pieces: Pieces, sides: np.ndarray) -> np.ndarray:
-    """The cut of a plane to which each arc belongs, or -1."""
-    face, side = pieces.face[sides], pieces.side[sides]
-    apart = side[:, 0] * side[:, 1] < 0
-    same = (face[:, 0] == face[:, 1]) & (apart.sum(axis=1) == 1)
-    return np.where(same, 2 * face[:, 0] + apart.argmax(axis=1), -1)

@@ -42,7 +42,7 @@ def groups(pieces: Pieces, problem: Problem) -> Groups:
     for row, name in enumerate(names):
         belongs[row, list(name)] = True
     touch = np.zeros((len(pieces.face),) * 2, bool)
-    touch[tuple(problem.pieces.T)] = True
+    touch[tuple(problem.arcs.pieces.T)] = True
     touch |= touch.T
     linked = (belongs.astype(int) @ touch.astype(int) @ belongs.T.astype(int)) > 0
     linked &= (belongs.astype(int) @ belongs.T.astype(int)) == 0
@@ -69,7 +69,7 @@ def labellings(
     label = problem.misfit.argmin(axis=1).astype(np.int64)
     sign = np.full(2 * (int(pieces.face.max()) + 1), -1, np.int64)
     best: tuple[Labelling, np.ndarray] | None = None
-    left = budget // (1 + len(problem.pieces) // MANY_ARCS)
+    left = budget // (1 + len(problem.arcs.pieces) // MANY_ARCS)
     while left > 0 and kicks >= 0:
         if best is not None:
             label, sign = _kicked(problem, own, best[0].label, best[1], generator)

@@ -43,12 +43,18 @@ def proposed(
     same_grid = [c for c in candidates if tuple(c.polycube.grid) == tuple(options.grid)]
     earlier = best_of_each(same_grid)
     given = any(candidate.proposal == "given" for candidate in candidates)
-    tried = [] if given else _within_margin(options, probable)
-    tried = tried + as_guesses(earlier[: options.samples], probable)
+    # the cost is within the margin if all residuals are equal
+    least = probable[0].log_likelihood - options.margin / UNLIKELY if probable else 0.0
+    likely = [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
+    tried = likely * (not given) + as_guesses(earlier[: options.samples], probable)
     found = best_of_each(denoised(options, denoiser, surface, tried)) if tried else []
     close = [c for c in found if c.cost <= found[0].cost + options.margin]
     earlier_of = {candidate.key: candidate for candidate in earlier}
-    updated = [_with_denoising(earlier_of[c.key], c) for c in found if c.key in earlier_of]
+    updated = []  # earlier candidates with the trajectory and the probability of the new ones
+    for c in found:
+        if c.key in earlier_of:
+            old, p = earlier_of[c.key], c.probability
+            updated.append(replace(old, trajectory=c.trajectory, steps=c.steps, probability=p))
     new = [c for c in close if c.key not in earlier_of][: options.kept]
     points, _ = sample(surface, N_COMPARED, np.random.default_rng(options.seed))
     better_placed = [
@@ -66,12 +72,6 @@ def proposed(
     return updated + sorted(new + better_placed, key=lambda candidate: candidate.cost)
 
 
-def _within_margin(options: DenoisingOptions, probable: list[Guess]) -> list[Guess]:
-    """Guesses whose cost is within the margin if all residuals are equal."""
-    least = probable[0].log_likelihood - options.margin / UNLIKELY if probable else 0.0
-    return [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
-
-
 def denoised(
     options: DenoisingOptions,
     denoiser: Denoiser,
@@ -86,7 +86,7 @@ def denoised(
     """
     from polycube.diffusion.process import kept_steps
 
-    sampler = build("sampler", options.sampler)
+    sampler, steps = build("sampler", options.sampler), tuple(kept_steps(denoiser.process.steps))
     counts = np.array([len(denoiser.pixels(guess.polycube.context)) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
@@ -106,23 +106,22 @@ def denoised(
             options.seed,
         )
         for row, index in enumerate(rows):
-            order, x_0 = np.arange(count), result.points[row].astype(np.float64)
+            guess, order = batch[index], np.arange(count)
+            polycube, box = guess.polycube, guess.box(surface)
+            x_0 = result.points[row].astype(np.float64)
             if assigns:
-                x_0 = _boxed(x_0, batch[index].polycube)
-                order = _assigned(points, x_0, *batch[index].box(surface))
-            made = _candidate(
-                options,
-                batch[index],
-                surface,
-                points[order],
-                normals[order],
-                x_0,
-                result.trajectory[:, row],
-                [log_p[row] for log_p in result.log_labels],
-            )
-            found[index] = replace(made, proposal=proposal)
-    steps = tuple(kept_steps(denoiser.process.steps))
-    return [replace(found[index], steps=steps) for index in range(len(batch))]
+                x_0 = _boxed(x_0, polycube)
+                order = _assigned(points, x_0, *box)
+            solid = lattice(options.grid, polycube.context, options.primitives)
+            regular, axis = project(solid, x_0, [log_p[row] for log_p in result.log_labels])
+            own, facing = points[order], normals[order] @ guess.rotation.T
+            fitted = _fit(regular, own, polycube, *box)
+            misalignment = 1 - (OUTWARD[axis] * facing).sum(axis=1).mean()
+            residual = _miss(polycube, fitted, regular, own) + LOOK * misalignment
+            cost, states = residual - UNLIKELY * guess.log_likelihood, result.trajectory[:, row]
+            about = guess.key, states, guess.probability, steps
+            found[index] = Candidate(proposal, polycube, fitted, cost, *about)
+    return [found[index] for index in range(len(batch))]
 
 
 def _boxed(x_0: np.ndarray, polycube: Polycube) -> np.ndarray:
@@ -144,31 +143,6 @@ def _assigned(
     return linear_sum_assignment(cdist(x_0, cells, "sqeuclidean"))[1]
 
 
-def _candidate(
-    options: DenoisingOptions,
-    guess: Guess,
-    surface: TriMesh,
-    points: np.ndarray,
-    normals: np.ndarray,
-    x_0: np.ndarray,
-    trajectory: np.ndarray,
-    log_labels: list[np.ndarray],
-) -> Candidate:
-    """Candidate from points (N, 3) of the model and their places x_0 (N, 3) on the polycube.
-
-    trajectory : (S, N, 3) recorded states
-    """
-    solid = lattice(options.grid, guess.polycube.context, options.primitives)
-    regular, axis = project(solid, x_0, log_labels)
-    fitted = _fit(regular, points, guess.polycube, *guess.box(surface))
-    misalignment = 1 - (OUTWARD[axis] * (normals @ guess.rotation.T)).sum(axis=1).mean()
-    residual = _miss(guess.polycube, fitted, regular, points) + LOOK * misalignment
-    cost = residual - UNLIKELY * guess.log_likelihood
-    return Candidate(
-        "diffusion", guess.polycube, fitted, cost, guess.key, trajectory, guess.probability
-    )
-
-
 def best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
     """The cheapest candidate of each structure, cheapest first."""
     best: dict[str, Candidate] = {}
@@ -182,11 +156,6 @@ def as_guesses(earlier: list[Candidate], probable: Sequence[Guess] = ()) -> list
     known = {guess.key: (guess.log_likelihood, guess.probability) for guess in probable}
     lowest = min((guess.log_likelihood for guess in probable), default=0.0), None
     return [Guess(c.polycube, _rotation(c), c.key, *known.get(c.key, lowest)) for c in earlier]
-
-
-def _with_denoising(old: Candidate, new: Candidate) -> Candidate:
-    """The earlier candidate with the trajectory and the probability of the new one."""
-    return replace(old, trajectory=new.trajectory, steps=new.steps, probability=new.probability)
 
 
 def _is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:

@@ -134,24 +134,19 @@ def guesses(
             solid_key = frame, key, _widths(polycube, turns[turn])
             best[solid_key] = max(entry, best.get(solid_key, entry), key=lambda entry: entry[0])
     mean = {structure: float(np.mean([*each.values()])) for structure, each in log_ps.items()}
-    share = _shares(mean)
+    total: dict[int, float] = defaultdict(float)  # of the probabilities in a frame
+    for (frame, _), log_p in mean.items():
+        total[frame] += np.exp(log_p)
     found = []
     for (frame, key, _), (_, index, polycube) in best.items():
         extent = np.ptp(surface.vertices @ placed[index].T, axis=0)
         sides = [knots[-1] - knots[0] for knots in polycube.knots]
         stretched = np.log(extent / sides).std()
         log_p = mean[frame, key]
-        guess = Guess(polycube, placed[index], key, log_p, share[frame, key])
+        share = float(np.exp(log_p) / total[frame])
+        guess = Guess(polycube, placed[index], key, log_p, share)
         found.append((-log_p, key, stretched, guess))
     return [guess for *_, guess in sorted(found, key=lambda row: row[:3])]
-
-
-def _shares(log_p: Mapping[tuple[int, str], float]) -> dict[tuple[int, str], float]:
-    """Probability of each structure, (frame, key), among those in its frame."""
-    total: dict[int, float] = defaultdict(float)
-    for (frame, _), value in log_p.items():
-        total[frame] += np.exp(value)
-    return {(frame, key): float(np.exp(v) / total[frame]) for (frame, key), v in log_p.items()}
 
 
 def _solids(

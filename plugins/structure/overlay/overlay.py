@@ -148,6 +148,7 @@ class Overlay(Structure):
         from polycube.hexmesh.generation import sizing
         from polycube.structure.lattice import genus, of_bricks
         from polycube.surface import measures
+        from polycube.surface.voxels import inside
 
         from .planes import manifold, planes
 
@@ -164,7 +165,9 @@ class Overlay(Structure):
                     "overlay: the grid of cells of size %.4g around the part is too large", edge
                 )
                 continue
-            share = _solid_shares(turned, x, y, z)
+            solid = inside(turned.vertices[turned.faces], *map(_samples, (x, y, z)))
+            shape = (len(x) - 1, SAMPLES, len(y) - 1, SAMPLES, len(z) - 1, SAMPLES)
+            share = solid.reshape(shape).mean(axis=(1, 3, 5))  # solid share of each cell
             for full in (manifold(share, least) for least in shares):
                 if not full.any():
                     continue
@@ -196,15 +199,6 @@ def _first(lattices: Iterator[tuple[Defects, Candidate]]) -> tuple[Defects, Cand
         if not any(each[0]):
             break
     return best
-
-
-def _solid_shares(surface: TriMesh, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(X, Y, Z) solid share of each cell between lattice planes, by samples."""
-    from polycube.surface.voxels import inside
-
-    solid = inside(surface.vertices[surface.faces], *map(_samples, (x, y, z)))
-    nx, ny, nz = (len(planes) - 1 for planes in (x, y, z))
-    return solid.reshape(nx, SAMPLES, ny, SAMPLES, nz, SAMPLES).mean(axis=(1, 3, 5))
 
 
 def _samples(planes: np.ndarray) -> np.ndarray:

@@ -90,7 +90,8 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
     rest = area - first
     hidden = costs.concave * np.maximum(0, slices.between[:, 2] - holes)
     missing = costs.missing * (area + holes)
-    boxes = _box_area(slices.piece_box)
+    box = slices.piece_box
+    boxes = (box[..., 1] - box[..., 0]) * (box[..., 3] - box[..., 2])  # areas
     ragged = costs.ragged * np.maximum(0, boxes[:, 0] - first - hole)
     one = rest + holes + hidden  # as for one full piece
     no_ring = rest + area * np.where(second > 0, 0.3, 0.5) + hidden / 2
@@ -99,7 +100,10 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
     blunt = 0.5 * area + 0.5 * holes + hidden
     bars = rest - second + holes + np.maximum(0, missing - second)
     bars = bars + costs.ragged * (boxes.sum(axis=1) - first - second)
-    apart, askew = _arrangement(slices.piece_box)
+    low, high = box[..., ::2], box[..., 1::2]  # (X, 2 boxes, y z)
+    apart = low.max(axis=1) >= high.min(axis=1)  # whether the pieces are separated in y, z
+    offset = ((low + high)[:, 0] - (low + high)[:, 1]) ** 2
+    askew = offset[:, ::-1] / (offset.sum(axis=1, keepdims=True) + 1e-9)  # across y, z
     for slab, gap in (("Y", 1), ("Z", 0)):  # the bars of Y are separated in z
         cost = np.minimum(one - slices.gain[:, gap] + missing / 2, blunt)
         extra = np.where(apart[:, gap], 0, costs.overlap) + costs.direction * askew[:, gap]
@@ -107,19 +111,6 @@ def emissions(slices: Slices, costs: Costs) -> dict[str, np.ndarray]:
         two = bars + costs.concave * inside + area * extra
         found[slab] = np.where(second > 0, np.minimum(cost, two), cost)
     return {name: np.where(area > 0, cost, 0) for name, cost in found.items()}
-
-
-def _box_area(boxes: np.ndarray) -> np.ndarray:
-    """(...,) areas of boxes (..., 4)."""
-    return (boxes[..., 1] - boxes[..., 0]) * (boxes[..., 3] - boxes[..., 2])
-
-
-def _arrangement(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether two boxes (X, 2, 4) are separated in y, z; relative offset across y, z; (X, 2)."""
-    low, high = boxes[..., ::2], boxes[..., 1::2]  # (X, 2 boxes, y z)
-    apart = low.max(axis=1) >= high.min(axis=1)
-    offset = ((low + high)[:, 0] - (low + high)[:, 1]) ** 2
-    return apart, offset[:, ::-1] / (offset.sum(axis=1, keepdims=True) + 1e-9)
 
 
 def cut(

@@ -34,7 +34,7 @@ def finer_along(
     """
     polycube, near, parts = lattice.polycube, lattice.near, np.concatenate(counts)
     routes = match(FitProblem(near, goal, samples=1), goal.to_unit(near.vertices)).routes
-    along = [(route.crease, lattice.along_path(route.sides)) for route in routes]
+    along = [(r.crease, lattice.demand(r.sides, len(r.sides))) for r in routes]
     errors = [cache(partial(chord_error, crease)) for crease, _ in along]
     before = number_of_hexes(polycube, counts)
     most = max(before, min(max_hexes, HEXES * before))

@@ -181,8 +181,7 @@ def goals(
     problem: FitProblem, x: np.ndarray, matching: Matching, alpha: float, used: np.ndarray
 ) -> Goals:
     """Goals of all boundary vertices; features are used only at vertices `used` (V,)."""
-    normals, _ = problem.normals(x)
-    foot, facing = problem.feet(x, normals, alpha, FREE)
+    foot, facing = problem.feet(x, problem.normals(x)[0], alpha, FREE)
     curve, curve_foot, direction = _curve_feet(x, matching)
     free = used[curve] & ~np.isin(curve, matching.corner)
     here = used[matching.corner]
@@ -201,8 +200,6 @@ def along_curves(x: np.ndarray, matching: Matching, weight: np.ndarray) -> list[
 
     weight : (V,)
     """
-    if not matching.routes:
-        return []
     curve, foot, direction = _curve_feet(x, matching)
     free = ~np.isin(curve, matching.corner)
     none = np.zeros((0, 3))
@@ -237,10 +234,8 @@ def quad_faces(
     features, region = problem.target.followed, problem.target.surface.region
     if not features.n_faces:
         return np.zeros(len(problem.quads), np.int64)
-    part = problem.parts(~on_curve)
-    _, normals = problem.normals(x)
-    corners = x[problem.quads]
-    _, triangle = problem.target.closest(corners.mean(axis=1), normals, NORMAL)
+    part, corners = problem.parts(~on_curve), x[problem.quads]
+    _, triangle = problem.target.closest(corners.mean(axis=1), problem.normals(x)[1], NORMAL)
     cross = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     votes = np.zeros((part.max() + 1, region.max() + 1))
     np.add.at(votes, (part, region[triangle]), np.linalg.norm(cross, axis=1))

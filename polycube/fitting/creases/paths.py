@@ -6,6 +6,7 @@ to one path only, except at corners. `routing` defines the cost of an edge.
 """
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,12 @@ class Route:
         return float(self.crease.nearest(middle)[1].max())
 
 
+def numbered(routes: Sequence[Route], features: Features) -> dict[int, np.ndarray]:
+    """Vertices of each path by the number of its curve."""
+    number = {id(crease): k for k, crease in enumerate(features.creases)}
+    return {number[id(route.crease)]: route.vertices for route in routes}
+
+
 def path_sides(path: np.ndarray, is_loop: bool) -> np.ndarray:
     """(N, 2) edges of a path of vertices."""
     sides = np.stack([path, np.roll(path, -1)], axis=1)
@@ -84,14 +91,8 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     vertices, column = np.unique(problem.outer[candidate], return_inverse=True)
     cost = np.full((len(distinct), len(vertices) + len(distinct)), 1e6)
     cost[corner, column] = (gap / mesh.size[vertices[column]]) ** 2
-    cost[corner, column] += _misfits(
-        distinct[corner],
-        vertices[column],
-        *_leaving_directions(features),
-        mesh.first,
-        mesh.run,
-        mesh.hexes,
-    )
+    leaving = _leaving_directions(features)
+    cost[corner, column] += _misfits(distinct[corner], vertices[column], *leaving, mesh)
     cost[:, len(vertices) :] = NOT_MATCHED
     row, column = linear_sum_assignment(np.minimum(cost, 1e6))
     found = np.full(len(representative), -1)
@@ -128,9 +129,7 @@ def _misfits(
     direction: np.ndarray,
     inside: np.ndarray,
     first_direction: np.ndarray,
-    first: np.ndarray,
-    run: np.ndarray,
-    hexes: np.ndarray,
+    mesh: Net,
 ) -> np.ndarray:
     """(N,) mean cost of the creases that leave each corner, on the edges of a vertex."""
     found = np.zeros(len(corner))
@@ -138,13 +137,13 @@ def _misfits(
         leaving = range(first_direction[corner[n]], first_direction[corner[n] + 1])
         for k in leaving:
             least = np.inf
-            for e in range(first[vertex[n]], first[vertex[n] + 1]):
+            for e in range(mesh.first[vertex[n]], mesh.first[vertex[n] + 1]):
                 askew = 1 - (
-                    direction[k, 0] * run[e, 0]
-                    + direction[k, 1] * run[e, 1]
-                    + direction[k, 2] * run[e, 2]
+                    direction[k, 0] * mesh.run[e, 0]
+                    + direction[k, 1] * mesh.run[e, 1]
+                    + direction[k, 2] * mesh.run[e, 2]
                 )
-                least = min(least, ASKEW * askew + CROWDED * crowding(inside[k], hexes[e]))
+                least = min(least, ASKEW * askew + CROWDED * crowding(inside[k], mesh.hexes[e]))
             found[n] += least / len(leaving)
     return found
 

@@ -10,7 +10,7 @@ import logging
 import numpy as np
 
 from polycube.fitting.creases.constraints import Matching
-from polycube.fitting.creases.paths import find_routes
+from polycube.fitting.creases.paths import find_routes, numbered
 from polycube.fitting.local_polish import ON_GOAL, raise_worst
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import CREASES, FULL, State, cover_of, goals_of, merit_of, snap
@@ -42,7 +42,9 @@ def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds
     limit = SOFT if soft else CREASES
     if off <= limit or not matching.routes:
         return best
-    if soft and not _missed(problem, best.x, matching).any():
+    at = goals_of(problem, best.x, matching, every)
+    missed = np.linalg.norm(at.place(problem, best.x) - best.x, axis=1) > ON_GOAL
+    if soft and not missed[np.append(at.curve, at.corner)].any():
         return best
     value, floor, found = _merit(problem, best, off, limit), min(best.jacobian, FULL), 0
     lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
@@ -57,7 +59,11 @@ def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds
             best, value, off = state, reached, here
         if k - found >= PATIENCE:
             break
-        pull *= _factor(state.jacobian - floor, state.jacobian - last)
+        margin, gain = state.jacobian - floor, state.jacobian - last
+        if margin < -SHORT and gain < 0:
+            pull *= WEAKEN
+        elif margin > -SHORT / 5:
+            pull *= GROW
         last = state.jacobian
         away = goals_of(problem, state.x, matching, every)
         weight = pull * (state.trust < 1) / problem.size(state.x) ** 2
@@ -80,22 +86,8 @@ def _snapped_to_creases(
     return snap(problem, y, goals_of(problem, y, matching, trust), floor, trust)
 
 
-def _factor(margin: float, gain: float) -> float:
-    """Factor on the pull, from the margin of the worst hex above the limit and its gain."""
-    if margin < -SHORT and gain < 0:
-        return WEAKEN
-    return GROW if margin > -SHORT / 5 else 1.0
-
-
 def _off(problem: FitProblem, state: State) -> float:
     return off_creases(problem.target, state.x[problem.sides])
-
-
-def _missed(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndarray:
-    """(N,) whether vertices of the paths are away from their creases and corners."""
-    at = goals_of(problem, x, matching, np.ones(len(x)))
-    on_feature = np.append(at.curve, at.corner)
-    return np.linalg.norm(at.place(problem, x) - x, axis=1)[on_feature] > ON_GOAL
 
 
 def _merit(problem: FitProblem, state: State, off: float, limit: float) -> float:
@@ -111,10 +103,10 @@ def existing_paths(mesh: HexMesh, target: Target) -> dict[str, np.ndarray]:
     """
     problem, x = FitProblem(mesh, target, samples=1), target.to_unit(mesh.vertices)
     size, creases = problem.size(x), target.followed.creases
-    number = {id(crease): str(k) for k, crease in enumerate(creases)}
     found = find_routes(target.followed, problem, x, ON)[0] if creases else []
+    paths = numbered(found, target.followed)
     return {
-        number[id(route.crease)]: route.vertices
-        for route in found
-        if (route.crease.nearest(x[route.vertices])[1] < ON * size[route.vertices]).all()
+        str(k): path
+        for k, path in paths.items()
+        if (creases[k].nearest(x[path])[1] < ON * size[path]).all()
     }

@@ -122,11 +122,14 @@ def cheapest(
     if not crease.is_loop:
         start, end = placed[list(crease.ends)]
         return _between(field, start, end, taken)
-    if len(field.vertex) == 0:
-        return np.zeros(0, np.int64), np.inf
-    shares = np.arange(ANCHORS) / ANCHORS
     best = np.zeros(0, np.int64), np.inf
-    anchors = _anchors(crease, field, x, taken, crease.length * shares)
+    free = field.vertex[~taken[field.vertex]]
+    if len(free) < ANCHORS:
+        return best
+    shares = np.arange(ANCHORS) / ANCHORS
+    places, _, _ = crease.at(crease.length * shares)
+    gap = np.linalg.norm(x[free][None] - places[:, None], axis=2)
+    anchors = free[linear_sum_assignment(gap**2)[1]]
     for _ in range(3):
         path, cost = _cycle(field, anchors, taken)
         if not cost < best[1]:
@@ -135,18 +138,6 @@ def cheapest(
         n = len(path)
         anchors = path[((shares + 0.5 / ANCHORS) * n).astype(int)]
     return best
-
-
-def _anchors(
-    crease: Crease, field: Field, x: np.ndarray, taken: np.ndarray, arc: np.ndarray
-) -> np.ndarray:
-    """Free vertices closest to points on a loop."""
-    free = field.vertex[~taken[field.vertex]]
-    if len(free) < len(arc):
-        return np.zeros(0, np.int64)
-    places, _, _ = crease.at(arc)
-    gap = np.linalg.norm(x[free][None] - places[:, None], axis=2)
-    return free[linear_sum_assignment(gap**2)[1]]
 
 
 def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.ndarray, float]:

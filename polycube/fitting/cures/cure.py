@@ -123,7 +123,7 @@ class _Cures:
     def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
         """A trial and its effort."""
         with counted(is_alone=True) as effort:
-            return (self._envelope if place.inside is None else self._sheet)(near), effort
+            return (self._envelope if place.inside is None else self._refitted)(near), effort
 
     def _batch(self) -> list[tuple[Place, Neighbourhood]]:
         """The next places and their neighbourhoods, which have no common hex."""
@@ -175,8 +175,8 @@ class _Cures:
                 found.append((gain / len(links.at(place.moving(self.current))), place))
         return sorted(found, key=lambda each: (-each[0], each[1].face))
 
-    def _sheet(self, near: Neighbourhood) -> Trial | None:
-        """The fit of a neighbourhood with a sheet, if it improves."""
+    def _refitted(self, near: Neighbourhood) -> Trial | None:
+        """The fit of a neighbourhood outside of an envelope, if it improves."""
         before = self._before(near)
         trial = Trial(near, refit(near, self._aim, before[0]), *before)
         return trial if trial.improves(self.current.jacobian.min()) else None
@@ -196,17 +196,10 @@ class _Cures:
             if not lost.any():
                 return trial
             repair = repair or (trial if trial.is_repair else None)
-            held |= self._close_to(near, lost, reach)
-        if repair is None and before[1] <= 0:
-            trial = Trial(near, refit(near, self._aim, before[0]), *before)
-            repair = trial if trial.improves(self.current.jacobian.min()) else None
-        return repair
-
-    def _close_to(self, near: Neighbourhood, features: np.ndarray, reach: float) -> np.ndarray:
-        """(N',) whether a vertex is close to one of the features (F,); reach in sizes."""
-        x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
-        tree = cKDTree(samples.points[features[samples.feature]])
-        return tree.query(x)[0] < reach * near.problem.size(x)
+            x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
+            apart, _ = cKDTree(samples.points[lost[samples.feature]]).query(x)
+            held |= apart < reach * near.problem.size(x)
+        return self._refitted(near) if repair is None and before[1] <= 0 else repair
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a neighbourhood, its least scaled Jacobian, and the largest distances."""

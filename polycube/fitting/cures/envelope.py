@@ -6,7 +6,7 @@ envelope of Hu et al. 2020 (Fast tetrahedral meshing in the wild); vertices on c
 their permitted distance.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -57,19 +57,15 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
         function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
-        back = partial(_limited, x, reach, at.place(problem, x), _off(free, at), permitted)
+        limits = (x, EVERY, reach), (at.place(problem, x), _off(free, at), permitted)
+        back = partial(_limited, limits)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
         x = _close_to_goals(free, at.place(problem, x), permitted, x, aim)
         best = min(best, evaluated(near, x, aim), key=lambda each: each.cost)
-    return _returned_to_goals(near, free, best, aim)
-
-
-def _returned_to_goals(near: Neighbourhood, free: Neighbourhood, found: Refit, aim: float) -> Refit:
-    """Return vertices to their goals if no hex becomes poor or worse."""
-    least = min(aim, found.least)
-    returned = evaluated(near, at_goals(free, found.x, least), aim)
-    return returned if returned.least >= least - WORSE else found
+    least = min(aim, best.least)
+    returned = evaluated(near, at_goals(free, best.x, least), aim)
+    return returned if returned.least >= least - WORSE else best
 
 
 def _energy(
@@ -100,15 +96,12 @@ def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
 
 
 def _limited(
-    start: np.ndarray,
-    reach: np.ndarray,
-    goal: np.ndarray,
-    off: np.ndarray,
-    permitted: np.ndarray,
-    x: np.ndarray,
+    limits: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], x: np.ndarray
 ) -> np.ndarray:
-    """Limit positions to the reach from the start of the round, and from their goals."""
-    return _within_distance(goal, off, permitted, _within_distance(start, EVERY, reach, x))
+    """Limit positions by goals, directions and permitted distances, in sequence."""
+    for limit in limits:
+        x = _within_distance(*limit, x)
+    return x
 
 
 def _close_to_goals(

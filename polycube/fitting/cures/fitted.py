@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.fitting.creases.constraints import Matching, match, with_tolerances
-from polycube.fitting.creases.paths import path_sides
+from polycube.fitting.creases.paths import numbered, path_sides
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.halved import certified_jacobian
 from polycube.fitting.flat_corners import FLAT
@@ -16,7 +16,7 @@ from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import quad_edges, quad_sides
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTANCE
@@ -58,34 +58,20 @@ class Links:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A mesh at unit scale close to its target.
+    """A mesh at unit scale close to its target."""
 
-    Parameters
-    ----------
-    mesh : its `patch` is the number of each quad
-    patch : (Q,) patches of the original mesh
-    target : the surface
-    paths : vertices on each curve, in order, by its number in `target.followed`
-    corners : (P,) vertices at corners of the surface
-    corner_goals : (P, 3) positions of these corners
-    cad_face : (Q,) CAD face of each quad; 0 if it is unknown
-    gap : (V,) distances of boundary vertices from their goals
-    strayed : (V,) distances from exact features, minus the permitted distance
-    distance : (S,) distances of samples of the features from the mesh, as in `losses`
-    links : connectivity of the mesh
-    """
-
-    mesh: HexMesh
-    patch: np.ndarray
-    target: Target
+    mesh: HexMesh  # its `patch` is the number of each quad
+    patch: np.ndarray  # (Q,) patches of the original mesh
+    target: Target  # the surface
+    # vertices on each curve, in order, by its number in `target.followed`
     paths: Mapping[int, np.ndarray]
-    corners: np.ndarray
-    corner_goals: np.ndarray
-    cad_face: np.ndarray
-    gap: np.ndarray
-    strayed: np.ndarray
-    distance: np.ndarray
-    links: Links
+    corners: np.ndarray  # (P,) vertices at corners of the surface
+    corner_goals: np.ndarray  # (P, 3) positions of these corners
+    cad_face: np.ndarray  # (Q,) CAD face of each quad; 0 if it is unknown
+    gap: np.ndarray  # (V,) distances of boundary vertices from their goals
+    strayed: np.ndarray  # (V,) distances from exact features, minus the permitted distance
+    distance: np.ndarray  # (S,) distances of samples of the features from the mesh, as in `losses`
+    links: Links  # connectivity of the mesh
 
     @cached_property
     def jacobian(self) -> np.ndarray:
@@ -112,22 +98,11 @@ def fitted(mesh: HexMesh, target: Target) -> Fitted:
     unit = replace(mesh, vertices=target.to_unit(mesh.vertices), patch=np.arange(len(mesh.quads)))
     problem = FitProblem(unit, target, samples=1)
     matching = with_tolerances(match(problem, unit.vertices), len(unit.vertices))
-    gap, strayed = distances(problem, unit.vertices, matching)
-    number = {id(crease): k for k, crease in enumerate(target.followed.creases)}
-    paths = {number[id(route.crease)]: route.vertices for route in matching.routes}
-    return Fitted(
-        unit,
-        mesh.patch,
-        target,
-        paths,
-        matching.corner,
-        matching.corner_goal,
-        problem.cad_face,
-        gap,
-        strayed,
-        losses.distances(unit, losses.samples_of(target)),
-        Links(unit),
-    )
+    paths = numbered(matching.routes, target.followed)
+    boundary = matching.corner, matching.corner_goal, problem.cad_face
+    off = distances(problem, unit.vertices, matching)
+    distance = losses.distances(unit, losses.samples_of(target))
+    return Fitted(unit, mesh.patch, target, paths, *boundary, *off, distance, Links(unit))
 
 
 def distances(
@@ -148,22 +123,17 @@ def cost(
 ) -> tuple[float, float]:
     """Cost of hexes below the aim and of vertices away from the surface; smaller is better.
 
+    gap : (V,) distances of vertices from their goals
+    strayed : (V,) distances from exact features, minus the permitted distance
+
     Returns
     -------
     The total cost, and the smallest scaled Jacobian
     """
     least = float(jacobian.min())
     poor = float(hex_costs(jacobian, aim).sum()) + 10 * (least <= 0)
-    return poor + float(vertex_costs(gap, strayed).max(initial=0)), least
-
-
-def vertex_costs(gap: np.ndarray, strayed: np.ndarray) -> np.ndarray:
-    """(V,) cost of vertices.
-
-    gap : (V,) distances from their goals
-    strayed : (V,) distances from exact features, minus the permitted distance
-    """
-    return OFF * np.maximum(0, gap - FREE_DISTANCE) + STRAYED * strayed
+    away = OFF * np.maximum(0, gap - FREE_DISTANCE) + STRAYED * strayed
+    return poor + float(away.max(initial=0)), least
 
 
 def hex_costs(jacobian: np.ndarray, aim: float) -> np.ndarray:
@@ -194,21 +164,15 @@ class Faces:
         direction = x[np.roll(quads, -1, axis=1)] - x[quads]
         direction /= np.linalg.norm(direction, axis=2, keepdims=True) + 1e-30
         is_flat = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1)) < np.cos(FLAT)
-        ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
-        on = np.isin(edge_keys(ends, len(x)), self._on).reshape(-1, 4)
+        on = np.isin(edge_keys(half_edges(quads), len(x)), self._on).reshape(-1, 4)
         between = on & np.roll(on, 1, axis=1)
         flat = (between & is_flat).any(axis=1)
         ends = between & np.isin(quads, fit.corners) & ~is_flat
         return flat, ends.any(axis=1) & ~flat
 
-    def under(self, quads: np.ndarray) -> np.ndarray:
-        """(H,) the hexes under some quads (Q,)."""
-        found = np.zeros(len(self.hexes), bool)
-        found[self.owner[quads]] = True
-        return found
-
     def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """Numbers of CAD faces (Q,) with flat corners, and hexes (H,) to surround by a sheet."""
         for number in np.unique(self.part[self.flat]):
             own = self.part == number
-            yield int(cad_face[own][0]), self.under(own & ~self.sharp)
+            under = np.isin(np.arange(len(self.hexes)), self.owner[own & ~self.sharp])
+            yield int(cad_face[own][0]), under

@@ -29,22 +29,13 @@ STRAY = 0.0025  # the same for vertices on exact features, beyond their permitte
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """The positions of a fit in the whole mesh.
+    """The positions of a fit in the whole mesh."""
 
-    Parameters
-    ----------
-    number : (N',) vertices of the neighbourhood in the whole mesh
-    vertices : (V', 3) of the whole mesh
-    boundary : the hexes at the boundary nearby, with these positions
-    distance : (S,) distances of the samples of the features, as in `losses`
-    away : (F,) distances of the features
-    """
-
-    number: np.ndarray
-    vertices: np.ndarray
-    boundary: HexMesh
-    distance: np.ndarray
-    away: np.ndarray
+    number: np.ndarray  # (N',) vertices of the neighbourhood in the whole mesh
+    vertices: np.ndarray  # (V', 3) of the whole mesh
+    boundary: HexMesh  # the hexes at the boundary nearby, with these positions
+    distance: np.ndarray  # (S,) distances of the samples of the features, as in `losses`
+    away: np.ndarray  # (F,) distances of the features
 
     def lost(self, fit: Fitted, limits: tuple[float, ...]) -> np.ndarray:
         """(F,) whether a feature exceeds a limit that it does not exceed in the mesh before."""
@@ -89,37 +80,25 @@ def placed(fit: Fitted, near: Neighbourhood, x: np.ndarray) -> Placed:
 
 def inserted(fit: Fitted, near: Neighbourhood, found: Refit, at: Placed) -> Fitted:
     """The whole mesh with the new positions of a neighbourhood."""
-    mesh, links = replace(fit.mesh, vertices=at.vertices), fit.links
-    patch, cad_face, paths = fit.patch, fit.cad_face, dict(fit.paths)
+    result = replace(fit, mesh=replace(fit.mesh, vertices=at.vertices), distance=at.distance)
     if near.inside is not None:
         inside = np.zeros(len(fit.mesh.hexes), bool)
         inside[near.elements] = near.inside
         grown = with_sheet(fit.mesh, inside)
-        patch, cad_face = patch[grown.patch], cad_face[grown.patch]
+        patch, cad_face = fit.patch[grown.patch], fit.cad_face[grown.patch]
         mesh = replace(grown, vertices=at.vertices, patch=np.arange(len(grown.quads)))
-        links = Links(mesh)
+        result = replace(result, mesh=mesh, patch=patch, cad_face=cad_face, links=Links(mesh))
         detours = {
             (int(at.number[a]), int(at.number[b])): at.number[between].tolist()
             for (a, b), between in near.detours.items()
         }
         creases = fit.target.followed.creases
         paths = {k: with_detours(p, creases[k].is_loop, detours) for k, p in fit.paths.items()}
+        result = replace(result, paths=paths)
     none, moved = np.zeros(len(at.vertices) - len(fit.gap)), at.number[near.moves]
     gap, strayed = np.append(fit.gap, none), np.append(fit.strayed, none)
     gap[moved], strayed[moved] = found.gap[near.moves], found.strayed[near.moves]
-    return Fitted(
-        mesh,
-        patch,
-        fit.target,
-        paths,
-        fit.corners,
-        fit.corner_goals,
-        cad_face,
-        gap,
-        strayed,
-        at.distance,
-        links,
-    )
+    return replace(result, gap=gap, strayed=strayed)
 
 
 def _close(fit: Fitted, where: np.ndarray) -> np.ndarray:
@@ -136,18 +115,11 @@ def _piece(mesh: HexMesh, owner: np.ndarray, which: np.ndarray) -> HexMesh:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A place to cure.
+    """A place to cure."""
 
-    Parameters
-    ----------
-    seeds : its poor hexes, the worst first without a sheet
-    inside : (H,) hexes to surround by a sheet; None: without a sheet
-    face : CAD face over the sheet
-    """
-
-    seeds: np.ndarray
-    inside: np.ndarray | None = None
-    face: int = 0
+    seeds: np.ndarray  # its poor hexes, the worst first without a sheet
+    inside: np.ndarray | None = None  # (H,) hexes to surround by a sheet; None: without a sheet
+    face: int = 0  # CAD face over the sheet
 
     def moving(self, fit: Fitted) -> np.ndarray:
         """Vertices that move, ascending."""
@@ -185,11 +157,7 @@ class Trial:
         worst : scaled Jacobian of the worst hex of the whole mesh
         """
         is_lower = self.gain > max(ABSOLUTE_GAIN, RELATIVE_GAIN * self.before)
-        is_on = self.found.gap.max() <= max(NEAR, self.off[0]) and self.found.strayed.max() <= max(
-            STRAY, self.off[1]
-        )
-        return (
-            is_lower
-            and is_on
-            and self.found.least >= min(LOWER * self.least, max(SUFFICIENT, worst))
-        )
+        is_near = self.found.gap.max() <= max(NEAR, self.off[0])
+        is_on = self.found.strayed.max() <= max(STRAY, self.off[1])
+        least = min(LOWER * self.least, max(SUFFICIENT, worst))
+        return is_lower and is_near and is_on and self.found.least >= least

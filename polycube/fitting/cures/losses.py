@@ -14,6 +14,7 @@ from polycube.hexmesh.inspection import SAMPLES
 from polycube.hexmesh.quality import triangles
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
+from polycube.surface.measures import half_edges
 from polycube.types import Goal, HexMesh
 
 POINT, CURVE, FACE = range(3)
@@ -22,19 +23,12 @@ ROUND = 0.01  # in diagonals: features farther from moved vertices than this are
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points on the features of a part.
+    """Points on the features of a part."""
 
-    Parameters
-    ----------
-    points : (S, 3) at unit scale
-    kind : (S,) kind of the feature
-    feature : (S,) number of the feature, from 0
-    factor : (S,) the largest permitted distance of all features, divided by that of the feature
-    """
-
-    points: np.ndarray
-    kind: np.ndarray
-    feature: np.ndarray
+    points: np.ndarray  # (S, 3) at unit scale
+    kind: np.ndarray  # (S,) kind of the feature
+    feature: np.ndarray  # (S,) number of the feature, from 0
+    # (S,) the largest permitted distance of all features, divided by that of the feature
     factor: np.ndarray
 
 
@@ -99,10 +93,9 @@ def _distances(
     result = np.full(len(points), np.inf)
     if not len(quads):
         return result * samples.factor[which]
-    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     pieces = (
         vertices[quads.ravel()][:, None].repeat(3, axis=1),
-        vertices[sides[:, [0, 1, 1]]],
+        vertices[half_edges(quads)[:, [0, 1, 1]]],
         triangles(vertices, quads),
     )
     for number, corners in enumerate(pieces):

@@ -21,26 +21,15 @@ Detours = dict[tuple[int, int], list[int]]  # new vertices of a path between two
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """Part of a mesh that is fitted separately.
+    """Part of a mesh that is fitted separately."""
 
-    Parameters
-    ----------
-    problem : the part, with the sheet
-    matching : its vertices on curves and corners
-    used : (N,) vertices of the whole mesh; those of the sheet follow
-    elements : (E,) hexes of the whole mesh
-    moves : (N',) whether a vertex moves
-    inside : (E,) hexes surrounded by the sheet; None without a sheet
-    detours : new parts of the paths that the sheet crosses, in vertex numbers of the part
-    """
-
-    problem: FitProblem
-    matching: Matching
-    used: np.ndarray
-    elements: np.ndarray
-    moves: np.ndarray
-    inside: np.ndarray | None
-    detours: Detours
+    problem: FitProblem  # the part, with the sheet
+    matching: Matching  # its vertices on curves and corners
+    used: np.ndarray  # (N,) vertices of the whole mesh; those of the sheet follow
+    elements: np.ndarray  # (E,) hexes of the whole mesh
+    moves: np.ndarray  # (N',) whether a vertex moves
+    inside: np.ndarray | None  # (E,) hexes surrounded by the sheet; None without a sheet
+    detours: Detours  # new parts of the paths that the sheet crosses, in vertex numbers of the part
 
     @property
     def moving(self) -> np.ndarray:
@@ -72,7 +61,9 @@ def neighbourhood(
         own = inside[elements]
         if not has_sheet(piece, own):
             return None
-        piece, twin = _with_sheet(piece, own)
+        piece = with_sheet(whole, own)
+        sheet = piece.hexes[len(whole.hexes) :]
+        twin[sheet[:, 4:]] = sheet[:, :4]  # the new vertex at each old one
         moves = np.append(moves, np.ones(len(piece.vertices) - len(used), bool))
     problem = FitProblem(piece, fit.target, samples=1)
     problem.restrict_to_faces(fit.cad_face[piece.patch])
@@ -93,15 +84,6 @@ def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -
     if inside is not None:
         start &= fit.links.vertices(~inside)
     return fit.links.around(np.flatnonzero(start), RINGS)
-
-
-def _with_sheet(piece: HexMesh, own: np.ndarray) -> tuple[HexMesh, np.ndarray]:
-    """The part with a sheet, and the new vertex at each old one (N,), -1 if there is none."""
-    grown = with_sheet(piece, own)
-    sheet = grown.hexes[len(piece.hexes) :]
-    twin = np.full(len(piece.vertices), -1)
-    twin[sheet[:, 4:]] = sheet[:, :4]
-    return grown, twin
 
 
 def _routes(

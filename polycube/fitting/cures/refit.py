@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.fitting import energy
-from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.fitted import cost, distances
 from polycube.fitting.cures.halved import certified_jacobian, halved_energy
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import ON_GOAL, Region, pull_back, rails_of, retraction
 from polycube.fitting.snapping import goals_of, snap
-from polycube.fitting.springs import Springs, pull, together
+from polycube.fitting.springs import pull, together
 from polycube.numerics.lbfgs import descend
 
 WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
@@ -87,18 +86,13 @@ def _descended(
     weight: float,
 ) -> np.ndarray:
     """Positions of lower energy, with springs of a given weight at the boundary."""
-    at = goals_of(near.problem, x, near.matching, np.ones(len(x)))
-    springs = _springs(near, x, at, weight)
-    return near.problem.relax(x, lengths, terms, springs, iterations, near.moves)
-
-
-def _springs(near: Neighbourhood, x: np.ndarray, at: Goals, weight: float) -> list[Springs]:
-    """Springs from all boundary vertices to their goals."""
     problem = near.problem
+    at = goals_of(problem, x, near.matching, np.ones(len(x)))
     every = weight / problem.size(x) ** 2
     free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
     vertex, on = problem.outer[free], every[problem.outer[free]]
-    return [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
+    springs = [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
+    return problem.relax(x, lengths, terms, springs, iterations, near.moves)
 
 
 def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) -> np.ndarray:
@@ -112,7 +106,6 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     rails, slides = rails_of(problem, x, at, region, is_away)
     least = energy.least_determinant(x, problem.hexes, lengths)
     terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, 0.2, min(0.5 * least, 1e-3))
-
     whole = halved_energy(x, problem.hexes, lengths, terms, springs)
 
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:

@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.plane import cross
-from polycube.surface.measures import connected
+from polycube.surface.measures import coincident, connected
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
 LAST = np.radians(16)  # the same at the only smooth end of a line
@@ -19,6 +19,8 @@ def arrangement(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points (N, 2) and edges (E, 2), with ascending ends, of the planar graph of lines.
 
+    Lines with a loose end are left out.
+
     Parameters
     ----------
     points : (P, 2)
@@ -30,7 +32,7 @@ def arrangement(
     NoBackgroundError
         If there are too many lines.
     """
-    name, sag = _names(points, near), _sags(points, lines)
+    name, sag = coincident(points, near)[1], _sags(points, lines)
     points = _means(points, name)
     lines, sag = _distinct(name[lines], sag)
     if len(lines) > MOST:
@@ -44,22 +46,15 @@ def arrangement(
         if len(lines) == number and not len(owner):
             break
     crossing, owner = _crossings(points, lines, near)
-    lines, sag = _split(
-        np.concatenate([points, crossing]),
-        lines,
-        sag,
-        owner.ravel(),
-        len(points) + np.repeat(np.arange(len(crossing)), 2),
-    )
+    point = len(points) + np.repeat(np.arange(len(crossing)), 2)
     points = np.concatenate([points, crossing])
-    name = _names(points, near)
-    return _without_ends(_means(points, name), _distinct(name[lines], sag)[0])
-
-
-def _names(points: np.ndarray, near: float) -> np.ndarray:
-    """(P,) number that is equal for merged points."""
-    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-    return connected(pairs[:, 0], pairs[:, 1], len(points))
+    lines, sag = _split(points, lines, sag, owner.ravel(), point)
+    name = coincident(points, near)[1]
+    lines, _ = _distinct(name[lines], sag)
+    while (loose := (np.bincount(lines.ravel())[lines] == 1).any(axis=1)).any():
+        lines = lines[~loose]
+    used, row = np.unique(lines, return_inverse=True)
+    return _means(points, name)[used], row.reshape(-1, 2)
 
 
 def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
@@ -173,11 +168,3 @@ def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.n
     both = inside[0] & inside[1]
     found = start[one[both]] + s[both, None] * step[one[both]]
     return found, np.stack([one[both], two[both]], axis=1)
-
-
-def _without_ends(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The graph without lines that have a loose end, and the remaining points."""
-    while (loose := (np.bincount(lines.ravel())[lines] == 1).any(axis=1)).any():
-        lines = lines[~loose]
-    used, number = np.unique(lines, return_inverse=True)
-    return points[used], number.reshape(-1, 2)

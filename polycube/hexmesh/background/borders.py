@@ -22,20 +22,15 @@ Numbers = np.ndarray  # (N,) numbers of edges along the curves
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """Given data of the quads of a cell.
+    """Given data of the quads of a cell."""
 
-    Parameters
-    ----------
-    quads : (Q, 4) quads in rings
-    inner : points of them that may move
-    loops : points around the rest, with every second one between quads of twice the size
-    corners : its four corners if it becomes a grid
-    """
-
+    # (Q, 4) quads in rings
     quads: np.ndarray = field(default_factory=lambda: np.zeros((0, 4), np.int64))
+    # points of them that may move
     inner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    # points around the rest, with every second one between quads of twice the size
     loops: tuple[np.ndarray, ...] = ()
-    corners: tuple[int, ...] = ()
+    corners: tuple[int, ...] = ()  # its four corners if it becomes a grid
 
 
 def borders(

@@ -23,15 +23,11 @@ class Cells:
 
     Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 in the opposite
     direction.
-
-    Parameters
-    ----------
-    loops : half-edges of each cell, its outer loop first; the cell is on their left
-    full : (C, K) whether each cell is full in each slab
     """
 
+    # half-edges of each cell, its outer loop first; the cell is on their left
     loops: tuple[tuple[np.ndarray, ...], ...]
-    full: np.ndarray
+    full: np.ndarray  # (C, K) whether each cell is full in each slab
 
 
 def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: np.ndarray) -> Cells:
@@ -51,10 +47,13 @@ def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: n
     low, high = (np.array([end(c, axis=0) for c in corners]) for end in (np.min, np.max))
     for number in np.flatnonzero(area < 0).tolist():
         place = points[ends(edges, loops[number][:1])].mean(axis=1)
-        near = outer[((low <= place) & (place <= high)).all(axis=1)]
-        container = _containing_loop(points, edges, loops, near, loops[number])
-        if container is not None:
-            inner[container].append(loops[number])
+        for other in outer[((low <= place) & (place <= high)).all(axis=1)].tolist():
+            if np.isin(loops[number] // 2, loops[other] // 2).any():
+                continue  # they have a common edge
+            a, b = np.moveaxis(points[ends(edges, loops[other])] - place, 1, 0)
+            if np.arctan2(cross(a, b), (a * b).sum(axis=1)).sum() > np.pi:
+                inner[other].append(loops[number])
+                break
     found = [(loops[number], *inner[number]) for number in outer.tolist()]
     share = _shares(surface, background, points, edges, found)
     if (abs(share - 0.5) < UNDECIDED).any():
@@ -97,24 +96,6 @@ def loops_of(points: np.ndarray, edges: np.ndarray) -> list[np.ndarray]:
 def loop_area(points: np.ndarray, edges: np.ndarray, loop: np.ndarray) -> float:
     a, b = np.moveaxis(points[ends(edges, loop)], 1, 0)
     return float(cross(a, b).sum() / 2)
-
-
-def _containing_loop(
-    points: np.ndarray,
-    edges: np.ndarray,
-    loops: list[np.ndarray],
-    outer: np.ndarray,
-    loop: np.ndarray,
-) -> int | None:
-    """The first outer loop that contains another loop and shares no edge with it."""
-    place = points[ends(edges, loop[:1])].mean(axis=1)[0]
-    for number in outer.tolist():
-        if not np.isin(loop // 2, loops[number] // 2).any():
-            a, b = np.moveaxis(points[ends(edges, loops[number])] - place, 1, 0)
-            turn = np.arctan2(cross(a, b), (a * b).sum(axis=1))
-            if turn.sum() > np.pi:
-                return number
-    return None
 
 
 def _shares(

@@ -38,7 +38,12 @@ def columns(flat: Section, background: Background, full: np.ndarray, number: np.
     full : as in `layers`
     number : (K,) layers in each slab
     """
-    heights = heights_of(background.levels, number)
+    levels = background.levels
+    parts = [
+        low + (high - low) * np.arange(n) / n
+        for low, high, n in zip(levels[:-1], levels[1:], number.tolist(), strict=True)
+    ]
+    heights = np.append(np.concatenate(parts), levels[-1])
     slab = np.repeat(np.arange(len(number)), number)
     layer, quad = np.nonzero(full[flat.cell][:, slab].T)
     size = len(flat.vertices)
@@ -65,12 +70,3 @@ def feet(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     order = np.lexsort((np.arange(len(rank)), rank, column))
     first = order[np.unique(column[order], return_index=True)[1]]
     return mesh.hexes[first, :4], np.bincount(column)[column[first]]
-
-
-def heights_of(levels: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """(N + 1,) levels of the layers, for their number (K,) between levels (K + 1,)."""
-    parts = [
-        low + (high - low) * np.arange(n) / n
-        for low, high, n in zip(levels[:-1], levels[1:], number.tolist(), strict=True)
-    ]
-    return np.append(np.concatenate(parts), levels[-1])

@@ -25,16 +25,10 @@ FINEST = 4  # largest factor by which edges between close curves are smaller tha
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A chain of edges of a planar graph.
+    """A chain of edges of a planar graph."""
 
-    Parameters
-    ----------
-    half : (N,) half-edges in their order
-    points : (N + 1, 2) along them; the last is the first if the chain is closed
-    """
-
-    half: np.ndarray
-    points: np.ndarray
+    half: np.ndarray  # (N,) half-edges in their order
+    points: np.ndarray  # (N + 1, 2) along them; the last is the first if the chain is closed
 
     @property
     def arc(self) -> np.ndarray:
@@ -73,29 +67,16 @@ class Curve:
         turn, offset = (np.convolve(np.pad(a, 1), three, "valid") for a in (self.turns, around))
         return turn / offset
 
-    @property
-    def is_even(self) -> bool:
-        """Whether its edges have equal lengths: an arc, or a circle."""
-        inner = self.bend[2:-2]
-        return bool(self.turn > CORNER and len(inner) and inner.max() < EVEN * inner.min())
-
 
 @dataclass(frozen=True)
 class Sizes:
-    """Wanted lengths of the edges of quads.
+    """Wanted lengths of the edges of quads."""
 
-    Parameters
-    ----------
-    size : largest length
-    chord : largest distance of an edge from its curve
-    across_wall, around_hole : smallest number of edges across a strip and around a full turn
-    fine : (N, 3) places in the section, and the largest length of edges there
-    """
-
-    size: float
-    chord: float
-    across_wall: float
-    around_hole: float | str
+    size: float  # largest length
+    chord: float  # largest distance of an edge from its curve
+    across_wall: float  # smallest number of edges across a strip
+    around_hole: float | str  # smallest number of edges around a full turn
+    # (N, 3) places in the section, and the largest length of edges there
     fine: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def around(self, radius: float) -> float:
@@ -227,8 +208,9 @@ def _graded(places: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 def _is_even(chain: Curve, size: np.ndarray) -> bool:
     """Whether a curve gets edges of equal length: an arc without a short fine part."""
-    mean = len(size) / float((1 / size).sum())
-    return chain.is_even and (chain.is_round or mean < GRADED * float(size.min()))
+    mean, inner = len(size) / float((1 / size).sum()), chain.bend[2:-2]
+    is_arc = chain.turn > CORNER and len(inner) and inner.max() < EVEN * inner.min()
+    return bool(is_arc and (chain.is_round or mean < GRADED * float(size.min())))
 
 
 def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Sizes) -> int:

@@ -26,18 +26,11 @@ NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Quads in the plane.
+    """Quads in the plane."""
 
-    Parameters
-    ----------
-    vertices : (V, 2)
-    quads : (Q, 4) counter-clockwise
-    cell : (Q,) the cell of each quad
-    """
-
-    vertices: np.ndarray
-    quads: np.ndarray
-    cell: np.ndarray
+    vertices: np.ndarray  # (V, 2)
+    quads: np.ndarray  # (Q, 4) counter-clockwise
+    cell: np.ndarray  # (Q,) the cell of each quad
 
 
 def section(
@@ -67,7 +60,10 @@ def section(
         drafts.append(_draft(*borders(chains, loops, full, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
-    wanted = _areas(chains, loops)
+    half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
+    wanted = np.array(  # areas of the cells
+        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
+    )
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
@@ -87,14 +83,6 @@ def section(
     return best
 
 
-def _areas(chains: list[Curve], loops: list[list[list[int]]]) -> np.ndarray:
-    """(C,) area of each cell."""
-    half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
-    return np.array(
-        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
-    )
-
-
 def _fills(flat: Section, wanted: np.ndarray) -> bool:
     """Whether the quads have the areas (C,) of the cells: rings may overlap in a narrow cell."""
     a, b, c, d = np.moveaxis(flat.vertices[flat.quads], 1, 0)
@@ -104,24 +92,15 @@ def _fills(flat: Section, wanted: np.ndarray) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """Borders of cells, and the regions to fill.
+    """Borders of cells, and the regions to fill."""
 
-    Parameters
-    ----------
-    points : (P, 2) on the borders and in rings
-    quads : (Q, 4) in rings, of the cells `own` (Q,)
-    is_fixed : (P,) whether a point is fixed
-    plane : the remaining regions of the cells `open_`
-    known : (K,) points whose positions (K, 2) are searched in the quads
-    """
-
-    points: np.ndarray
-    quads: np.ndarray
+    points: np.ndarray  # (P, 2) on the borders and in rings
+    quads: np.ndarray  # (Q, 4) in rings, of the cells `own` (Q,)
     own: np.ndarray
-    is_fixed: np.ndarray
-    plane: Plane
+    is_fixed: np.ndarray  # (P,) whether a point is fixed
+    plane: Plane  # the remaining regions of the cells `open_`
     open_: np.ndarray
-    known: np.ndarray
+    known: np.ndarray  # (K,) points whose positions (K, 2) are searched in the quads
     places: np.ndarray
 
 

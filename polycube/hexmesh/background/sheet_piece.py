@@ -13,24 +13,14 @@ TIGHT = 0.02  # least inner radius of a bend, relative to its outer one
 
 
 class Piece(NamedTuple):
-    """A plane or a cylinder of one side of a sheet, and its place after unfolding.
+    """A plane or a cylinder of one side of a sheet, and its place after unfolding."""
 
-    Parameters
-    ----------
-    origin : (3,) a point of its first border
-    rows : (3, 3) unit vectors there: along the border, away from it, and outwards
-    radius : of the cylinder; negative if its axis is outside of the sheet, 0 for a plane
-    middle : radius in the middle of the sheet
-    flat : (3,) the unfolded origin
-    flat_rows : (3, 3) the unfolded rows
-    """
-
-    origin: np.ndarray
-    rows: np.ndarray
-    radius: float
-    middle: float
-    flat: np.ndarray
-    flat_rows: np.ndarray
+    origin: np.ndarray  # (3,) a point of its first border
+    rows: np.ndarray  # (3, 3) unit vectors there: along the border, away from it, and outwards
+    radius: float  # of the cylinder; negative if its axis is outside of the sheet, 0 for a plane
+    middle: float  # radius in the middle of the sheet
+    flat: np.ndarray  # (3,) the unfolded origin
+    flat_rows: np.ndarray  # (3, 3) the unfolded rows
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Coordinates (N, 3) of points (N, 3): along the border, away from it, and outwards.

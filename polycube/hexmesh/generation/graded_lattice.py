@@ -53,7 +53,11 @@ def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
     if plan is None:
         return None
     mesh = _cut(plan)
-    return None if mesh is None else _occupied(mesh, plan, pair)
+    if mesh is None:
+        return None
+    is_full = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
+    used, hexes = np.unique(mesh.hexes[is_full], return_inverse=True)
+    return hex_mesh(mesh.vertices[used] - pair, hexes.reshape(-1, 8))
 
 
 def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
@@ -124,12 +128,8 @@ def _complete_pairs(blocks: np.ndarray) -> np.ndarray:
         before = pairs.copy()
         for axis in range(3):
             layers = np.moveaxis(pairs, axis, 0)  # a view, filled in place
-            a, b, c, d = (
-                layers[:, :-1, :-1],
-                layers[:, 1:, :-1],
-                layers[:, :-1, 1:],
-                layers[:, 1:, 1:],
-            )
+            low, high = layers[:, :-1], layers[:, 1:]
+            a, b, c, d = low[..., :-1], high[..., :-1], low[..., 1:], high[..., 1:]
             meet = (a & d & ~b & ~c) | (b & c & ~a & ~d)
             for quarter in (a, b, c, d):
                 quarter |= meet
@@ -194,13 +194,6 @@ def _blocks(plan: Plan, mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """(H,) levels and (H, 3) first cells of the blocks of hexes."""
     level, first = np.divmod(mesh.cell, plan.cells.size)
     return level, np.stack(np.unravel_index(first, plan.cells.shape), axis=1)
-
-
-def _occupied(mesh: HexMesh, plan: Plan, pad: int) -> HexMesh:
-    """The hexes of occupied cells and blocks, in cell coordinates of the unpadded lattice."""
-    selected = plan.cells[tuple(_blocks(plan, mesh)[1].T)]
-    used, hexes = np.unique(mesh.hexes[selected], return_inverse=True)
-    return hex_mesh(mesh.vertices[used] - pad, hexes.reshape(-1, 8))
 
 
 def _reduced(cells: np.ndarray, times: int) -> np.ndarray:

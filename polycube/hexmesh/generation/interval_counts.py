@@ -149,21 +149,17 @@ class Lattice:
         self.where = mesh(polycube, identity_map(polycube), counts).vertices
         self.parts = np.concatenate(counts)
         self.first = np.cumsum([0, *(len(number) for number in counts)])
-        self.length = self._demand(edges(near.hexes), 0.0).length
-
-    def along_path(self, sides: np.ndarray) -> Demand:
-        """Demand for as many parts as the edges (E, 2) of a path have, in each interval."""
-        return self._demand(sides, len(sides))
+        self.length = self.demand(edges(near.hexes), 0.0).length
 
     def round_rims(self, quads: np.ndarray, wanted: Callable[[float], float]) -> list[Demand]:
         """Demand for a number of edges on each rim of some quads, by its length."""
         x, curves = self.near.vertices, rims(self.near.vertices, self.near.quads[quads])
         lengths = [np.linalg.norm(np.diff(x[each], axis=1), axis=2).sum() for each in curves]
-        return [self._demand(c, wanted(float(n))) for c, n in zip(curves, lengths, strict=True)]
+        return [self.demand(c, wanted(float(n))) for c, n in zip(curves, lengths, strict=True)]
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
         """Demand for a length of the edges of some quads."""
-        total = self._demand(half_edges(self.near.quads[quads]), 0.0)
+        total = self.demand(half_edges(self.near.quads[quads]), 0.0)
         eye = np.eye(len(self.parts))
         return [
             Demand(eye[i], total.length, np.ceil(total.length[i] / size - SHORT), is_count=False)
@@ -215,7 +211,7 @@ class Lattice:
         times[self.first[axis] + inside] = 1
         return Demand(times, self.length, wanted)
 
-    def _demand(self, ends: np.ndarray, wanted: float) -> Demand:
+    def demand(self, ends: np.ndarray, wanted: float) -> Demand:
         """Demand on edges (E, 2): occurrences of each interval and its length."""
         step = self.where[ends[:, 1]] - self.where[ends[:, 0]]
         axis = np.abs(step).argmax(axis=1)

@@ -78,7 +78,15 @@ def _quads(
     gmsh.option.setNumber("Mesh.RecombinationAlgorithm", joining)
     surfaces = _surfaces(gmsh, plane_request)
     gmsh.model.mesh.generate(2)
-    return _arrays(gmsh, surfaces)
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    row = np.zeros(int(tags.max()) + 1, np.int64)
+    row[tags.astype(np.int64)] = np.arange(len(tags))
+    found = [gmsh.model.mesh.getElementsByType(QUAD, tag)[1] for tag in surfaces]
+    faces = row[np.concatenate(found).astype(np.int64)].reshape(-1, 4)
+    used, faces = np.unique(faces, return_inverse=True)
+    region = np.repeat(np.arange(len(surfaces)), [len(each) // 4 for each in found])
+    vertices = places.reshape(-1, 3)[used, :2]
+    return {"vertices": vertices, "quads": faces.reshape(-1, 4), "region": region}
 
 
 def _surfaces(gmsh: ModuleType, request: dict[str, Any]) -> list[int]:
@@ -108,18 +116,6 @@ def _surfaces(gmsh: ModuleType, request: dict[str, Any]) -> list[int]:
         if corners:
             gmsh.model.mesh.setTransfiniteSurface(tag, "Left", [points[c] for c in corners])
     return surfaces
-
-
-def _arrays(gmsh: ModuleType, surfaces: list[int]) -> dict[str, np.ndarray]:
-    tags, places, _ = gmsh.model.mesh.getNodes()
-    row = np.zeros(int(tags.max()) + 1, np.int64)
-    row[tags.astype(np.int64)] = np.arange(len(tags))
-    found = [gmsh.model.mesh.getElementsByType(QUAD, tag)[1] for tag in surfaces]
-    faces = row[np.concatenate(found).astype(np.int64)].reshape(-1, 4)
-    used, faces = np.unique(faces, return_inverse=True)
-    region = np.repeat(np.arange(len(surfaces)), [len(each) // 4 for each in found])
-    vertices = places.reshape(-1, 3)[used, :2]
-    return {"vertices": vertices, "quads": faces.reshape(-1, 4), "region": region}
 
 
 if __name__ == "__main__":

@@ -25,20 +25,12 @@ class NoQuadsError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Regions of a plane to be filled with quads.
+    """Regions of a plane to be filled with quads."""
 
-    Parameters
-    ----------
-    points : (P, 2) points on the borders
-    regions : loops of each region, the outer one first
-    corners : for each region the four corners of a structured grid, or none
-    size : largest edge length inside the regions, before the faces are divided
-    """
-
-    points: np.ndarray
-    regions: Sequence[Sequence[Loop]]
-    corners: Sequence[Loop]
-    size: float
+    points: np.ndarray  # (P, 2) points on the borders
+    regions: Sequence[Sequence[Loop]]  # loops of each region, the outer one first
+    corners: Sequence[Loop]  # for each region the four corners of a structured grid, or none
+    size: float  # largest edge length inside the regions, before the faces are divided
 
 
 def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
@@ -67,7 +59,9 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
         for path in sorted(Path(folder).glob("*.npz"), key=lambda path: int(path.stem)):
             with np.load(path) as arrays:
                 places, faces, region = (arrays[name] for name in NAMES)
-                faces = _counter_clockwise(places, faces, region)
+                one, two = np.moveaxis(places[faces[:, [2, 3]]] - places[faces[:, [0, 1]]], 1, 0)
+                area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+                faces = np.where((area < 0)[region, None], faces[:, ::-1], faces)
                 found[int(arrays["plane"])].append((places, faces, region))
     if not any(found):
         raise NoQuadsError(f"Gmsh made no quads: {last}")
@@ -108,10 +102,3 @@ def _plain(plane: Plane) -> dict[str, object]:
         "corners": [list(each) for each in plane.corners],
         "size": plane.size,
     }
-
-
-def _counter_clockwise(vertices: np.ndarray, faces: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """Reverse the quads of regions with a negative area."""
-    one, two = np.moveaxis(vertices[faces[:, [2, 3]]] - vertices[faces[:, [0, 1]]], 1, 0)
-    area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    return np.where((area < 0)[region, None], faces[:, ::-1], faces)

@@ -18,17 +18,11 @@ LONGER = 1.1  # of the requested length: longer edges do not meet the request
 
 @dataclass(frozen=True)
 class Request:
-    """An entry of `meshing.at`.
+    """An entry of `meshing.at`."""
 
-    Parameters
-    ----------
-    at : name of a set, such as cad_face_7 or hole_1
-    kind : "around", "through" or "size"
-    value : number of hexes or edges; or a length in model units or as a share of the diagonal
-    """
-
-    at: str
-    kind: str
+    at: str  # name of a set, such as cad_face_7 or hole_1
+    kind: str  # "around", "through" or "size"
+    # number of hexes or edges; or a length in model units or as a share of the diagonal
     value: float | str
 
     def wanted(self, surface: TriMesh) -> float:

@@ -75,7 +75,13 @@ def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: PerAxis) -> Hex
     )
     box = np.stack([s[i] for s, i in zip(slab, cells.T, strict=True)], axis=1)
     quads, owner = exposed(hexes)
-    patch = _patch_of(polycube, hexes, quads, owner, box)
+    face = (hexes[owner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
+    surface, full = boundary(polycube), polycube.occupancy
+    patch = np.zeros((full.sum(), 6), np.int64)  # of each side of the full boxes
+    patch[surface.box, surface.axis] = surface.patch
+    number = np.zeros(full.shape, np.int64)
+    number[full] = np.arange(full.sum())
+    patch = patch[number[tuple(box[owner].T)], _AXIS_OF_FACE[face]]
     cell = cell_at(polycube, places[hexes].mean(axis=1))
     return hex_mesh(evaluate(rough_map, places), hexes, quads, patch, cell)
 
@@ -105,16 +111,3 @@ def map_through(
     index = [np.searchsorted(line, places[:, axis] - 1e-9) for axis, line in enumerate(lines)]
     found[tuple(index)] = positions
     return RoughMap(*lines, found)
-
-
-def _patch_of(
-    polycube: Polycube, hexes: np.ndarray, quads: np.ndarray, owner: np.ndarray, box: np.ndarray
-) -> np.ndarray:
-    """(Q,) polycube face of each boundary quad, from its box and axis."""
-    face = (hexes[owner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
-    surface = boundary(polycube)
-    number = np.zeros(polycube.occupancy.shape, np.int64)
-    number[polycube.occupancy] = np.arange(polycube.occupancy.sum())
-    patch = np.zeros((int(polycube.occupancy.sum()), 6), np.int64)
-    patch[surface.box, surface.axis] = surface.patch
-    return patch[number[tuple(box[owner].T)], _AXIS_OF_FACE[face]]

@@ -190,34 +190,30 @@ def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads
 
 
 def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matrix:
-    """(B, C) rows of all nodes, each from the last stratum that contains it."""
+    """(B, C) rows of all nodes, each from the last stratum that contains it.
+
+    A row is the mean over the cells around the node of their trilinear weights at thirds.
+    """
     dimension = np.zeros(n_nodes, np.int64)
     for stratum in strata:
         dimension[stratum.nodes] = stratum.dimension
-    rows = sum(
-        _mean_rows(stratum, dimension == stratum.dimension, n_vertices) for stratum in strata
-    )
+    parts = []
+    for d, corners, nodes in ((each.dimension, each.corners, each.nodes) for each in strata):
+        weights: np.ndarray = np.ones((1, 1))
+        for _ in range(d):
+            weights = np.kron(weights, NEAREST)
+        starts, columns, values = _means(nodes, corners, weights, dimension == d, n_vertices)
+        parts.append(csr_matrix((values, columns, starts), (n_nodes, n_vertices)))
+    rows = sum(parts)
     rows.sort_indices()
     return rows
-
-
-def _mean_rows(cells: Cells, ruled: np.ndarray, n_vertices: int) -> csr_matrix:
-    """(B, C) mean over the cells around a node of their trilinear weights at thirds.
-
-    ruled : (B,) the nodes that have a row
-    """
-    weights: np.ndarray = np.ones((1, 1))
-    for _ in range(cells.dimension):
-        weights = np.kron(weights, NEAREST)
-    starts, columns, values = _means(cells.nodes, cells.corners, weights, ruled, n_vertices)
-    return csr_matrix((values, columns, starts), (len(ruled), n_vertices))
 
 
 @njit(cache=True, nogil=True)
 def _means(
     nodes: np.ndarray, corners: np.ndarray, weights: np.ndarray, ruled: np.ndarray, n_vertices: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Starts (B + 1,), columns and values of the rows of `_mean_rows`."""
+    """Starts (B + 1,), columns and values of the rows of the nodes that are `ruled` (B,)."""
     n_local, n_corners = weights.shape
     ends = np.zeros(len(ruled) + 1, np.int64)
     for node in nodes.flat:

@@ -153,9 +153,8 @@ def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray
         support @ np.bincount(nodes[elements].ravel(), minlength=n_nodes) > TINY
         for elements in (active, ~level.inside)
     )
-    return np.flatnonzero(meets_active & ~meets_outside), np.flatnonzero(
-        ~meets_active & ~meets_outside
-    )
+    inside = ~meets_outside
+    return np.flatnonzero(inside & meets_active), np.flatnonzero(inside & ~meets_active)
 
 
 def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix]:
@@ -180,9 +179,8 @@ def _carried(
     """[l] X_l (B_l, all active functions)."""
     all_of = truncated.copy()
     for i in range(len(levels) - 2, -1, -1):
-        successors = np.asarray(
-            levels[i + 1].two_scale.tocsc()[:, removed[i]].argmax(axis=0)
-        ).ravel()
+        coarse_to_fine = levels[i + 1].two_scale.tocsc()
+        successors = np.asarray(coarse_to_fine[:, removed[i]].argmax(axis=0)).ravel()
         factor = np.ones(truncated[i].shape[0])
         factor[removed[i]] = 0
         shape = truncated[i].shape[0], truncated[i + 1].shape[0]

@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from polycube.spline.spaces.extraction import NO_INDICES
 from polycube.spline.spaces.hierarchy import Space, coarsest, finer_level, hierarchical_spline
 from polycube.spline.spaces.selection import Refinement, check_listed
 from polycube.types import Spline, TriMesh
-
-NONE = np.zeros(0, np.int64)
 
 
 def refined_spline(
@@ -22,7 +21,7 @@ def refined_spline(
     while True:
         level, depth = levels[-1], len(levels) - 1
         # first, so that its children keep their numbers
-        wanted = listed[depth] if depth < len(listed) else NONE
+        wanted = listed[depth] if depth < len(listed) else NO_INDICES
         marked = np.setdiff1d(refine.marked(level, depth, surface), wanted)
         chosen = np.concatenate([wanted, marked])
         if len(chosen) == 0:

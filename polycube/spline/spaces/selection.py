@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.types import TriMesh
-from polycube.types.checks import is_number
+from polycube.types.checks import check_whole, is_number, is_whole
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.hierarchy import Level, Space
@@ -57,11 +56,7 @@ class Refinement:
 
     def __post_init__(self) -> None:
         for name in ("levels", "depth", "rings"):
-            least = int(name == "depth")
-            if not _is_integer(getattr(self, name), least):
-                raise ValueError(
-                    f"refine.{name} must be a whole number >= {least}; got {getattr(self, name)!r}"
-                )
+            check_whole(f"refine.{name}", getattr(self, name), int(name == "depth"))
         for name, end in (("curvature", 180), ("indicator", 1)):
             value = getattr(self, name)
             if not is_number(value) or not 0 <= value <= end:
@@ -70,18 +65,6 @@ class Refinement:
             _check_box(box)
         self.listed()
 
-    @classmethod
-    def of(cls, options: Mapping | Refinement) -> Refinement:
-        """Options by name; raises ValueError for unknown ones."""
-        if isinstance(options, Refinement):
-            return options
-        unknown = set(options) - set(cls.__dataclass_fields__)
-        if unknown:
-            raise ValueError(
-                f"refine takes {', '.join(cls.__dataclass_fields__)}; got {sorted(unknown)[0]!r}"
-            )
-        return cls(**options)
-
     def listed(self) -> list[np.ndarray]:
         """[l] elements of each level in their order; those of level l > 0 are numbers of children.
 
@@ -89,7 +72,7 @@ class Refinement:
         + c.
         """
         if not isinstance(self.elements, str):
-            if not all(_is_integer(element, 0) for element in self.elements):
+            if not all(is_whole(element, 0) for element in self.elements):
                 raise ValueError(
                     f"refine.elements must be whole numbers >= 0 or a file; got {self.elements!r}"
                 )
@@ -121,10 +104,6 @@ class Refinement:
         return np.flatnonzero(marks & level.inside)
 
 
-def _is_integer(value: object, least: int) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
-
-
 def _check_box(box: Mapping) -> None:
     """Raise ValueError unless it is {box: [x, y, z, X, Y, Z], level: 1}."""
     wanted = f"a box of refine.boxes must be {{box: [x, y, z, X, Y, Z], level: 1}}; got {box!r}"
@@ -133,7 +112,7 @@ def _check_box(box: Mapping) -> None:
     corners, level = box["box"], box.get("level", 1)
     if not isinstance(corners, Sequence) or len(corners) != 6:
         raise ValueError(wanted)
-    if not all(map(is_number, corners)) or not _is_integer(level, 1):
+    if not all(map(is_number, corners)) or not is_whole(level, 1):
         raise ValueError(wanted)
     if not all(low < high for low, high in zip(corners[:3], corners[3:], strict=True)):
         raise ValueError(f"a box of refine.boxes must have its low corner first; got {box!r}")
@@ -167,13 +146,9 @@ def check_listed(listed: Sequence[np.ndarray], n_elements: int) -> None:
             )
 
 
-def _points(space: Space) -> np.ndarray:
-    return (space.extraction @ space.control)[space.nodes]
-
-
 def _meets(space: Space, box: np.ndarray) -> np.ndarray:
     """(E,) whether the box of the Bezier points of an element overlaps a box (2, 3)."""
-    points = _points(space)
+    points = (space.extraction @ space.control)[space.nodes]
     return ((points.min(axis=1) < box[1]) & (points.max(axis=1) > box[0])).all(axis=1)
 
 

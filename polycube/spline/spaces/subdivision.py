@@ -22,6 +22,7 @@ from polycube.spline.spaces.extraction import (
     bezier_nodes,
     extraction_matrix,
 )
+from polycube.spline.spaces.sharp_features import is_among
 from polycube.types import HexMesh
 
 LOW = np.array([[8, 0, 0, 0], [4, 4, 0, 0], [2, 4, 2, 0], [1, 3, 3, 1]]) / 8  # de Casteljau's
@@ -66,7 +67,9 @@ def two_scale(
     touch = _Incidence(number)
     outside = touch.valence(2, 3) == 1
     on_edge, on_vertex = (touch.valence(d, 2, outside) > 0 for d in (1, 0))
-    sharp = _is_sharp(np.sort(corners[:, CORNERS[1]], axis=-1), number[1], sharp_edges)
+    ends = np.sort(corners[:, CORNERS[1]], axis=-1)  # (H, 12, 2)
+    sharp = np.zeros(number[1].max() + 1, bool)
+    sharp[number[1][is_among(ends, np.sort(sharp_edges, axis=1))]] = True
     n_sharp = touch.valence(0, 1, sharp)
     tip = (n_sharp == 1) | (n_sharp > 2)
     tip[np.asarray(corner_vertices, np.int64)] = True
@@ -100,15 +103,6 @@ def two_scale(
 def _choose(*cases: tuple[np.ndarray, csr_matrix]) -> csr_matrix:
     """The rows of each case, selected by its mask."""
     return csr_matrix(sum(diags(mask.astype(np.float64)) @ rows for mask, rows in cases))
-
-
-def _is_sharp(ends: np.ndarray, number: np.ndarray, sharp_edges: np.ndarray) -> np.ndarray:
-    """(n_1,) which edges are sharp; ends (H, 12, 2) and number (H, 12) of each."""
-    base = ends.max() + 1
-    found = np.isin(ends @ [base, 1], np.sort(sharp_edges, axis=1) @ [base, 1])
-    is_sharp = np.zeros(number.max() + 1, bool)
-    is_sharp[number[found]] = True
-    return is_sharp
 
 
 class _Incidence:

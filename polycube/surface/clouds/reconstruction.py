@@ -151,8 +151,14 @@ class _Oriented:
 
     @classmethod
     def of(cls, cloud: Cloud, depth: int, reach: float, neighbours: int | None = None) -> _Oriented:
+        """The reconstruction; normals count at points within a distance of the surface."""
         surface = _poisson(cloud, depth)
-        return cls(cloud, surface, _agreement(surface, cloud, reach), neighbours)
+        normals = face_normals(surface)
+        feet, face, _ = closest(tree(surface.vertices[surface.faces], normals), cloud.points)
+        near = np.linalg.norm(feet - cloud.points, axis=1) < reach
+        along = np.einsum("ni,ni->n", normals[face], cloud.normals) > 0
+        agree = float(max((near & along).mean(), (near & ~along).mean()))
+        return cls(cloud, surface, agree, neighbours)
 
 
 def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
@@ -178,12 +184,3 @@ def _poisson(cloud: Cloud, depth: int) -> TriMesh:
     if not len(faces):
         raise InputError("the points lie on no surface")
     return supported(TriMesh(np.array(made.vertices), faces), cloud)
-
-
-def _agreement(surface: TriMesh, cloud: Cloud, reach: float) -> float:
-    """Share of the points that are on the surface and whose normals are consistent with it."""
-    normals = face_normals(surface)
-    feet, face, _ = closest(tree(surface.vertices[surface.faces], normals), cloud.points)
-    near = np.linalg.norm(feet - cloud.points, axis=1) < reach
-    along = np.einsum("ni,ni->n", normals[face], cloud.normals) > 0
-    return float(max((near & along).mean(), (near & ~along).mean()))

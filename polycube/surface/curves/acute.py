@@ -20,19 +20,13 @@ class Acute:
     """An edge, or a corner of a CAD face, with a small angle.
 
     The scaled Jacobian of a hex with this angle is at most the sine of the angle.
-
-    Parameters
-    ----------
-    kind : "edge" (dihedral angle of the solid) or "corner" (angle of a face)
-    faces : the adjacent CAD faces, or the face of the corner; (0, 0) without a CAD model
-    place : point with the smallest angle, in model units
-    angle : in radians
     """
 
-    kind: str
+    kind: str  # "edge" (dihedral angle of the solid) or "corner" (angle of a face)
+    # the adjacent CAD faces, or the face of the corner; (0, 0) without a CAD model
     faces: tuple[int, ...]
-    place: tuple[float, ...]
-    angle: float
+    place: tuple[float, ...]  # point with the smallest angle, in model units
+    angle: float  # in radians
 
 
 def acute(surface: TriMesh) -> list[Acute]:

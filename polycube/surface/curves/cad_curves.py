@@ -10,7 +10,7 @@ import numpy as np
 
 from polycube.surface import closest
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import half_edges, twins, unit
+from polycube.surface.measures import between_faces, half_edges, unit
 
 # positions along a side that are compared with the curve
 SHARES = np.array([0, 1 / 6, 1 / 2, 5 / 6, 1])
@@ -39,10 +39,11 @@ def bounded_faces(
     (Q, 4) CAD face for each side of the quad, from corner k to the next; 0 if the side is not on a
     curve, or if the normals of quad and face differ too much.
     """
-    curves, pair = _curves(goal, region)
-    if not len(curves):
+    first, second = between_faces(goal.surface, region)
+    if not len(first):
         return np.zeros(corners.shape[:2], np.int64)
-    segments = goal.surface.vertices[curves]
+    pair = np.stack([first, second], axis=1) // 3  # triangles on the left and on the right
+    segments = goal.surface.vertices[half_edges(goal.surface.faces)[first]]
     direction = unit(segments[:, 1] - segments[:, 0])
     tree = closest.tree(segments[:, [0, 1, 1]], direction)
     start, along = corners.reshape(-1, 3), (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
@@ -64,11 +65,3 @@ def bounded_faces(
     found = np.zeros(len(start), np.int64)
     found[side] = np.where(fits.all(axis=1), face[:, 0], 0)
     return found.reshape(corners.shape[:2])
-
-
-def _curves(goal: Target, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (S, 2) of the triangle edges between CAD faces, and triangles left and right (S, 2)."""
-    first, second = twins(goal.surface.faces)
-    pair = np.stack([first, second], axis=1) // 3
-    between = region[pair[:, 0]] != region[pair[:, 1]]
-    return half_edges(goal.surface.faces)[first[between]], pair[between]

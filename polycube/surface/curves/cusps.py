@@ -102,8 +102,8 @@ def _common(features: Features, corner: int, one: Way, two: Way, length: float) 
     faces = [set(features.creases[number].faces) for number, _ in (one, two)]
     low, high = sorted(faces[0] ^ faces[1])
     inside = np.clip((a + b)[1:] - np.pi, 0, 2 * np.pi)  # between the faces on the outer sides
-    middle = _chain((first + second) / 2, inside, (corner, -1), (low, high))
-    return replace(middle, off=float(np.linalg.norm(first - second, axis=1).max() / 2))
+    points, off = (first + second) / 2, float(np.linalg.norm(first - second, axis=1).max() / 2)
+    return Crease(points, lengths(points), inside, (corner, -1), (low, high), off)
 
 
 def _from_fork(crease: Crease, length: float, fork: np.ndarray, name: int) -> Crease:
@@ -112,18 +112,10 @@ def _from_fork(crease: Crease, length: float, fork: np.ndarray, name: int) -> Cr
     first = int(np.searchsorted(crease.arc, blend, side="right"))
     points = np.vstack([fork, crease.at(np.array([blend]))[0], crease.points[first:]])
     inside = np.append(crease.inside[first - 1], crease.inside[first - 1 :])
-    return _chain(points, inside, (name, crease.ends[1]), crease.faces)
+    return Crease(points, lengths(points), inside, (name, crease.ends[1]), crease.faces)
 
 
 def _turned(crease: Crease) -> Crease:
     """The same curve in the opposite direction."""
-    ends = crease.ends[1], crease.ends[0]
-    return _chain(crease.points[::-1], crease.inside[::-1], ends, crease.faces)
-
-
-def _chain(
-    points: np.ndarray, inside: np.ndarray, ends: tuple[int, int], faces: tuple[int, int]
-) -> Crease:
-    """A curve through points (N, 3) with the inside angles (N - 1,) of its edges."""
-    arc = lengths(points)
-    return Crease(points, arc, inside, ends, faces)
+    points, ends = crease.points[::-1], (crease.ends[1], crease.ends[0])
+    return Crease(points, lengths(points), crease.inside[::-1], ends, crease.faces)

@@ -86,22 +86,13 @@ class Crease:
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Curves of a surface and their end points.
+    """Curves of a surface and their end points."""
 
-    Parameters
-    ----------
-    creases : the curves
-    corners : (C, 3) the end points
-    is_fixed : (C,) False for a corner that is only the loose end of one curve
-    noise : (N, 2) ends of the edges that are sharp only locally
-    n_faces : number of CAD faces; 0 for a triangle surface
-    """
-
-    creases: tuple[Crease, ...]
-    corners: np.ndarray
-    is_fixed: np.ndarray
-    noise: np.ndarray
-    n_faces: int = 0
+    creases: tuple[Crease, ...]  # the curves
+    corners: np.ndarray  # (C, 3) the end points
+    is_fixed: np.ndarray  # (C,) False for a corner that is only the loose end of one curve
+    noise: np.ndarray  # (N, 2) ends of the edges that are sharp only locally
+    n_faces: int = 0  # number of CAD faces; 0 for a triangle surface
 
 
 def shape_of(points: np.ndarray) -> str:

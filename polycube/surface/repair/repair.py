@@ -6,7 +6,8 @@ rebuilds the surface (`remesh.py`).
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
+from functools import partial
 
 import numpy as np
 
@@ -60,36 +61,30 @@ class Repair:
         )
 
 
-@dataclass
-class _Work:
-    surface: TriMesh
-    changes: list[str] = field(default_factory=list)
-
-    def do(self, step: Callable[[TriMesh], clean.Step]) -> None:
-        self.surface, done = step(self.surface)
-        self.changes += done
-
-
 def repaired(vertices: np.ndarray, faces: np.ndarray, level: str) -> tuple[TriMesh, Repair]:
     """The boundary of one solid; raises InputError if the repair level is not sufficient."""
-    work = _Work(*finite(vertices, faces))
-    for step in (clean.weld_equal, steps.weld_near, clean.drop_repeated, clean.drop_flat):
-        work.do(step)
-    for step in (steps.drop_fins, steps.drop_debris, steps.orient):
-        work.do(step)
-    given, is_bold = work.surface, level == "aggressive"
-    work.do(lambda surface: steps.close_holes(surface, np.inf if is_bold else HOLE))
-    work.do(steps.part_touching)
-    work.do(steps.orient)
-    work.do(lambda surface: steps.fill_voids(surface, np.inf if is_bold else VOID))
+    surface, changes = finite(vertices, faces)
+
+    def do(*several: Callable[[TriMesh], clean.Step]) -> None:
+        nonlocal surface
+        for step in several:
+            surface, done = step(surface)
+            changes.extend(done)
+
+    do(clean.weld_equal, steps.weld_near, clean.drop_repeated, clean.drop_flat)
+    do(steps.drop_fins, steps.drop_debris, steps.orient)
+    given, is_bold = surface, level == "aggressive"
+    do(partial(steps.close_holes, widest_closed=np.inf if is_bold else HOLE))
+    do(steps.part_touching, steps.orient)
+    do(partial(steps.fill_voids, largest=np.inf if is_bold else VOID))
     cell = None
-    if is_bold and _is_wrong(work.surface):
-        cell = CELL * diagonal(work.surface)
-        work.do(lambda surface: _anew(surface, cell))
-    check_closed(work.surface)
-    work.do(clean.flip_flat)
-    check_surface(work.surface)
-    return work.surface, _measured(given, work.surface, level, work.changes, cell)
+    if is_bold and _is_wrong(surface):
+        cell = CELL * diagonal(surface)
+        do(partial(_anew, cell=cell))
+    check_closed(surface)
+    do(clean.flip_flat)
+    check_surface(surface)
+    return surface, _measured(given, surface, level, changes, cell)
 
 
 def finite(vertices: np.ndarray, faces: np.ndarray) -> clean.Step:

@@ -29,37 +29,26 @@ class Defect:
 
 def find_defects(surface: TriMesh) -> list[Defect]:
     """Defects of a surface after welding equal corners, in order of importance."""
-    faces = surface.faces
-    flat = are_flat(surface)
+    faces, flat = surface.faces, are_flat(surface)
+    corners = surface.vertices[faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    is_thin = 2 * topology.face_areas(surface) < THIN * longest**2
+    inverted = faces if volume(surface) < 0 else faces[:0]
+    piece = topology.components(faces)
+    spans = spans_of(surface, piece)
     found = [
         Defect("open edges", topology.open_edges(faces)),
         Defect("edges of more than two faces", topology.nonmanifold_edges(faces)),
         Defect("vertices where parts touch", topology.nonmanifold_vertices(faces)[:, None]),
         Defect("edges between faces of opposite sides", topology.misoriented_edges(faces)),
-        _inside_out(surface),
-        _pieces(surface),
+        Defect("faces of a surface that is inside out", inverted),
+        Defect("faces of separate pieces", faces[piece != spans.argmax()], f"{len(spans)} pieces"),
         Defect("faces that intersect others", faces[np.unique(self_intersections(surface))]),
         Defect("faces given twice", faces[are_repeated(faces)]),
         Defect("faces without area", faces[flat]),
-        Defect("thin faces", faces[_thin_faces(surface) & ~flat], f"height below {THIN:g} of edge"),
+        Defect("thin faces", faces[is_thin & ~flat], f"height below {THIN:g} of edge"),
     ]
     return [defect for defect in found if len(defect.items)]
-
-
-def _inside_out(surface: TriMesh) -> Defect:
-    inverted = topology.volume(surface) < 0
-    return Defect(
-        "faces of a surface that is inside out", surface.faces[: len(surface.faces) * inverted]
-    )
-
-
-def _pieces(surface: TriMesh) -> Defect:
-    """The faces of all components except the largest."""
-    piece = topology.components(surface.faces)
-    spans = spans_of(surface, piece)
-    return Defect(
-        "faces of separate pieces", surface.faces[piece != spans.argmax()], f"{len(spans)} pieces"
-    )
 
 
 def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
@@ -69,12 +58,6 @@ def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
         np.minimum.at(low, piece, surface.vertices[corner])
         np.maximum.at(high, piece, surface.vertices[corner])
     return np.linalg.norm(high - low, axis=1)
-
-
-def _thin_faces(surface: TriMesh) -> np.ndarray:
-    corners = surface.vertices[surface.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    return 2 * topology.face_areas(surface) < THIN * longest**2
 
 
 def weld_near(surface: TriMesh) -> clean.Step:

@@ -9,6 +9,7 @@ from polycube.io.hex_meshes import boundary
 from polycube.spline.spaces.hierarchy import coarsest
 from polycube.spline.spaces.selection import Refinement, check_listed
 from polycube.spline.spaces.subdivision import ControlMesh
+from polycube.types.checks import options_of
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 
 NONE = np.zeros((0, 2), np.int64)
@@ -87,12 +88,12 @@ def test_a_box_without_elements_is_reported(caplog):
 )
 def test_invalid_options_are_refused_with_a_reason(options, message):
     with pytest.raises(ValueError, match=re.escape(message)):
-        Refinement.of(options)
+        options_of("refine", Refinement, options)
 
 
 def test_refuses_unknown_options():
     with pytest.raises(ValueError, match=r"refine takes levels, elements.*; got 'boxs'"):
-        Refinement.of({"boxs": []})
+        options_of("refine", Refinement, {"boxs": []})
 
 
 def test_refuses_an_invalid_line(tmp_path):
