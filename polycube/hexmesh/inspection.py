@@ -54,8 +54,8 @@ class LocalDistance:
 class Inspection:
     """Measurements of a hex mesh; each is computed at first access."""
 
-    mesh: HexMesh  # HexMesh
-    surface: TriMesh  # TriMesh The closed surface that the mesh should fill.
+    mesh: HexMesh
+    surface: TriMesh  # the closed surface that the mesh should fill
 
     @cached_property
     def scaled_jacobian(self) -> float:

@@ -24,16 +24,10 @@ FEWEST = 6  # points on a circle
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """An axis of rotation.
+    """An axis of rotation."""
 
-    Parameters
-    ----------
-    origin : (3,) a point on it
-    frame : (3, 3) right-handed rows, the last along the axis
-    """
-
-    origin: np.ndarray
-    frame: np.ndarray
+    origin: np.ndarray  # (3,) a point on it
+    frame: np.ndarray  # (3, 3) right-handed rows, the last along the axis
 
     def cylindrical(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates (N, 2) along the axis and from it, (z, r), and angles (N,) of points."""

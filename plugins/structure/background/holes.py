@@ -28,27 +28,16 @@ Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class Hole(NamedTuple):
-    """A ring of faces along a direction across the upright axis: round a hole, or round a boss.
+    """A ring of faces along a direction across the upright axis: round a hole, or round a boss."""
 
-    Parameters
-    ----------
-    faces : (N,) its triangles
-    across : (3,) unit vector, perpendicular to its direction and to the upright axis
-    middle : (2,) its centre: along `across`, and the height
-    extent : (2,) half its width and half its height
-    wide : least half width of its square beside the windows, relative to that of the hole
-    sides : (2, 2) the sides of the square: along `across`, and their heights
-    rims : vertices of the loops around it
-    windows : vertices of the other loops at its border, where other holes meet it
-    """
-
-    faces: np.ndarray
-    across: np.ndarray
-    middle: np.ndarray
-    extent: np.ndarray
-    wide: float
-    sides: np.ndarray
-    rims: list[np.ndarray]
+    faces: np.ndarray  # (N,) its triangles
+    across: np.ndarray  # (3,) unit vector, perpendicular to its direction and to the upright axis
+    middle: np.ndarray  # (2,) its centre: along `across`, and the height
+    extent: np.ndarray  # (2,) half its width and half its height
+    wide: float  # least half width of its square beside the windows, relative to that of the hole
+    sides: np.ndarray  # (2, 2) the sides of the square: along `across`, and their heights
+    rims: list[np.ndarray]  # vertices of the loops around it
+    # vertices of the other loops at its border, where other holes meet it
     windows: list[np.ndarray]
 
     def parts(self, sizes: Sizes) -> int:

@@ -15,32 +15,19 @@ LEVEL = 1e-2  # largest slope of a curve at constant height
 
 
 class Border(NamedTuple):
-    """A curve at constant height along a face.
+    """A curve at constant height along a face."""
 
-    Parameters
-    ----------
-    vertices : (N,) in order; the last is the first if it is a loop
-    beyond : (N - 1,) the face on the other side of each edge
-    """
-
-    vertices: np.ndarray
-    beyond: np.ndarray
+    vertices: np.ndarray  # (N,) in order; the last is the first if it is a loop
+    beyond: np.ndarray  # (N - 1,) the face on the other side of each edge
 
 
 class Leaning(NamedTuple):
-    """A face that is neither a cap nor a wall.
+    """A face that is neither a cap nor a wall."""
 
-    Parameters
-    ----------
-    faces : (N, 3) its triangles
-    borders : one or two curves at constant height, the lower one first; a tip is a curve of one
-        vertex
-    sides : (N,) vertices of each curve from one border to the other
-    """
-
-    faces: np.ndarray
+    faces: np.ndarray  # (N, 3) its triangles
+    # one or two curves at constant height, the lower one first; a tip is a curve of one vertex
     borders: tuple[Border, ...]
-    sides: tuple[np.ndarray, ...]
+    sides: tuple[np.ndarray, ...]  # (N,) vertices of each curve from one border to the other
 
 
 def leaning(

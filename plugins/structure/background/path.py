@@ -25,22 +25,13 @@ ENDS = 60  # largest number of planes that are tried as an end
 
 
 class Motion(NamedTuple):
-    """A translation along an axis, or a rotation about it, from one plane to the next.
+    """A translation along an axis, or a rotation about it, from one plane to the next."""
 
-    Parameters
-    ----------
-    axis : (3,) unit vector
-    centre : (3,) a point of the first plane; on the axis of a rotation
-    ahead : (3,) unit vector in the first plane, away from the axis of a rotation
-    angle : of a rotation; 0 for a translation
-    length : of the path
-    """
-
-    axis: np.ndarray
-    centre: np.ndarray
-    ahead: np.ndarray
-    angle: float
-    length: float
+    axis: np.ndarray  # (3,) unit vector
+    centre: np.ndarray  # (3,) a point of the first plane; on the axis of a rotation
+    ahead: np.ndarray  # (3,) unit vector in the first plane, away from the axis of a rotation
+    angle: float  # of a rotation; 0 for a translation
+    length: float  # of the path
 
     def move(self, points: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Points (N, 3) after shares (N,) of the motion."""
@@ -61,17 +52,11 @@ class Motion(NamedTuple):
 
 
 class Path(NamedTuple):
-    """A section, and the motions that carry it along a part.
+    """A section, and the motions that carry it along a part."""
 
-    Parameters
-    ----------
-    background : with the length of the path as its third coordinate
-    motions : between any two levels
-    radius : (K,) largest distance of the section from the axis of each rotation; 0 of others
-    """
-
-    background: Background
-    motions: list[Motion]
+    background: Background  # with the length of the path as its third coordinate
+    motions: list[Motion]  # between any two levels
+    # (K,) largest distance of the section from the axis of each rotation; 0 of others
     radius: np.ndarray
 
 

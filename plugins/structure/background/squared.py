@@ -80,20 +80,12 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
 
 
 class SquaredOff(NamedTuple):
-    """The rounding of an edge, made square.
+    """The rounding of an edge, made square."""
 
-    Parameters
-    ----------
-    upper : (N,) whether each of its triangles is in the plane of the cap
-    levels : (L,) heights that divide its part in the wall
-    fine : (P, 3) places at its ends in the plane, and the length of edges there
-    is_split : whether two hexes are to meet at half its turn, too
-    """
-
-    upper: np.ndarray
-    levels: np.ndarray
-    fine: np.ndarray
-    is_split: bool
+    upper: np.ndarray  # (N,) whether each of its triangles is in the plane of the cap
+    levels: np.ndarray  # (L,) heights that divide its part in the wall
+    fine: np.ndarray  # (P, 3) places at its ends in the plane, and the length of edges there
+    is_split: bool  # whether two hexes are to meet at half its turn, too
 
 
 def squared_off(
@@ -153,18 +145,12 @@ def squared_off(
 
 
 class RoundEnd(NamedTuple):
-    """A rounding between two caps, made square.
+    """A rounding between two caps, made square."""
 
-    Parameters
-    ----------
-    part : (N,) of each of its triangles: 0 in the lower cap, 1 in the wall, 2 in the upper cap
-    levels : (L,) heights that divide its wall
-    fine : (P, 3) places in its caps, and the length of edges there
-    """
-
+    # (N,) of each of its triangles: 0 in the lower cap, 1 in the wall, 2 in the upper cap
     part: np.ndarray
-    levels: np.ndarray
-    fine: np.ndarray
+    levels: np.ndarray  # (L,) heights that divide its wall
+    fine: np.ndarray  # (P, 3) places in its caps, and the length of edges there
 
 
 def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -> RoundEnd | None:

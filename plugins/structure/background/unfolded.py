@@ -37,18 +37,11 @@ Borders = dict[int, dict[int, np.ndarray]]  # face -> next face -> common vertic
 
 
 class Unfolded(NamedTuple):
-    """A sheet in a plane.
+    """A sheet in a plane."""
 
-    Parameters
-    ----------
-    surface : its surface; one side is in the plane z = 0, and the other one below it
-    side : (F,) whether a triangle is of the first side
-    pieces : the faces of this side
-    """
-
-    surface: TriMesh
-    side: np.ndarray
-    pieces: dict[int, Piece]
+    surface: TriMesh  # its surface; one side is in the plane z = 0, and the other one below it
+    side: np.ndarray  # (F,) whether a triangle is of the first side
+    pieces: dict[int, Piece]  # the faces of this side
 
     def fold(self, points: np.ndarray) -> np.ndarray:
         """Points (N, 3) of the part for those of the plane part."""

@@ -43,28 +43,18 @@ WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative
 
 
 class Upright(NamedTuple):
-    """A surface whose leaning faces are set upright along an axis, or flat across it.
+    """A surface whose leaning faces are set upright along an axis, or flat across it."""
 
-    Parameters
-    ----------
-    surface : with the changed vertices
-    axis : (3,) unit vector
-    is_cap : (F,) whether a triangle is in a plane across the axis
-    is_changed : (F,) whether it is in a face that leaned
-    is_over : (F,) whether it is in a wall over one of its borders
-    levels : (N,) further heights, which divide fillets and the sides of holes
-    fine : (N, 3) places in the section, and the lengths of edges there, for the other sides
-    split : (N, 2) the faces in the wall and in the plane of each rounding at whose half turn two
-        hexes are to meet
-    """
-
-    surface: TriMesh
-    axis: np.ndarray
-    is_cap: np.ndarray
-    is_changed: np.ndarray
-    is_over: np.ndarray
-    levels: np.ndarray
+    surface: TriMesh  # with the changed vertices
+    axis: np.ndarray  # (3,) unit vector
+    is_cap: np.ndarray  # (F,) whether a triangle is in a plane across the axis
+    is_changed: np.ndarray  # (F,) whether it is in a face that leaned
+    is_over: np.ndarray  # (F,) whether it is in a wall over one of its borders
+    levels: np.ndarray  # (N,) further heights, which divide fillets and the sides of holes
+    # (N, 3) places in the section, and the lengths of edges there, for the other sides
     fine: np.ndarray
+    # (N, 2) the faces in the wall and in the plane of each rounding at whose half turn two hexes
+    # are to meet
     split: np.ndarray
 
 

@@ -18,18 +18,11 @@ SHARP = np.radians(20)  # angle between the triangles of two walls without CAD f
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Cached measures of the triangles of a surface.
+    """Cached measures of the triangles of a surface."""
 
-    Parameters
-    ----------
-    area : (F,)
-    normals : (F, 3) unit vectors
-    is_sliver : (F,) whether a triangle is too thin for a normal
-    """
-
-    area: np.ndarray
-    normals: np.ndarray
-    is_sliver: np.ndarray
+    area: np.ndarray  # (F,)
+    normals: np.ndarray  # (F, 3) unit vectors
+    is_sliver: np.ndarray  # (F,) whether a triangle is too thin for a normal
 
 
 def triangles(surface: TriMesh, near: float) -> Triangles:
