@@ -142,12 +142,12 @@ def point_columns(
     _, right = project_onto(surface, pair.polycube + origin, np.where(other, np.inf, 0.0))
     placed, nearest = project_onto(surface, x_0)
     found = {
-        "error": _distance(x_0, pair.polycube + origin),
-        "error_one_step": _distance(first, pair.polycube + origin),
-        "off_polycube": _distance(x_0, placed),
+        "error": distances(x_0, pair.polycube + origin),
+        "error_one_step": distances(first, pair.polycube + origin),
+        "off_polycube": distances(x_0, placed),
     }
     for name, (at, of) in baselines(surface, pair.geometry + origin, pair.normals).items():
-        found[f"error_{name}"] = _distance(at, pair.polycube + origin)
+        found[f"error_{name}"] = distances(at, pair.polycube + origin)
         found[f"patch_{name}"] = surface.patch[of] == surface.patch[right]
     faces = {"": nearest}
     if len(log_labels):
@@ -232,5 +232,6 @@ def _stacked(made: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([p.geometry for p in made]), np.stack([p.normals for p in made])
 
 
-def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) distances of points (N, 3) from others."""
     return np.linalg.norm(a - b, axis=1)
