@@ -65,25 +65,18 @@ def summarize(
         report["repair"] = dict(state.repair)
     if state.points is not None:
         report["points"] = dict(state.points)
-    return (
-        report
-        | _outcome(state, report)
-        | {
-            "seed": config["seed"],
-            "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
-            "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
-            "version": __version__,
-            "made": _made(),
-        }
-    )
-
-
-def _made() -> dict[str, str]:
-    """When and where the report was made."""
     system = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
     return {
-        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "machine": f"{platform.node()}: {system}".removeprefix(": "),
+        **report,
+        **_outcome(state, report),
+        "seed": config["seed"],
+        "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
+        "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
+        "version": __version__,
+        "made": {
+            "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "machine": f"{platform.node()}: {system}".removeprefix(": "),
+        },
     }
 
 

@@ -64,22 +64,14 @@ def _preserved(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
 
 
 def _contact(found: Json) -> Row:
+    named = zip(found["faces"], found["names"], strict=True)
+    share = found.get("common_area", 0.0) / found["area"]
     return {
         "solids": " – ".join(found["solids"]),
-        "faces": " – ".join(map(_face, found["faces"], found["names"])),
+        "faces": " – ".join(f"{face} ({name})" if name else face for face, name in named),
         "area": found["area"],
         "meshes agree": found["agree"],
         "quads": " – ".join(map(show, found.get("quads", ()))) or None,
         "common quads": found.get("common_quads"),
-        "of the area": _share(found),
+        "of the area": f"{100 * share:.3g} %" if "common_area" in found else None,
     }
-
-
-def _face(number: str, name: str) -> str:
-    return f"{number} ({name})" if name else number
-
-
-def _share(contact: Json) -> str | None:
-    if "common_area" not in contact:
-        return None
-    return f"{100 * contact['common_area'] / contact['area']:.3g} %"

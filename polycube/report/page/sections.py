@@ -142,17 +142,7 @@ def search(report: Json) -> Markup:
     return element(TEMPLATE, "search", rows, gains[-1] if gains else None, charts.bars(spent or {}))
 
 
-def repairs(report: Json) -> Markup:
-    """The changes in order, and the displacement of the surface; empty if there are none."""
-    numbers = report.get("repair")
-    if not numbers:
-        return NOTHING
-    return element("repairs.html", "repair", numbers, length_unit(report))
-
-
-def reconstruction(report: Json) -> Markup:
-    """How the surface was made of a point cloud; empty where the input was a surface."""
-    numbers = report.get("points")
-    if not numbers:
-        return NOTHING
-    return element("repairs.html", "points", numbers, length_unit(report))
+def change(report: Json, name: str) -> Markup:
+    """What was done to the input: "repair", or "points" of which the surface was made."""
+    numbers = report.get(name)
+    return element("repairs.html", name, numbers, length_unit(report)) if numbers else NOTHING

@@ -2,13 +2,7 @@
 
 from markupsafe import Markup
 
-from polycube.report.numbers.formatting import (
-    cautions,
-    frequency,
-    percent,
-    sentence,
-    singular_stress,
-)
+from polycube.report.numbers import formatting
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
@@ -64,13 +58,16 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
             "mode": i + 1,
             squared: float(value),
             f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
-            "estimated error, %": percent(errors.get(i)),
+            "estimated error, %": formatting.percent(errors.get(i)),
             "": "rigid motion" if i < first else "",
         }
         for i, value in enumerate(found.eigenvalues)
     ]
     shown = [
-        (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
+        (
+            pictures.get(f"mode_{i}"),
+            f"Mode {i + 1}: {formatting.frequency(found.frequency[i], unit)}",
+        )
         for i in range(len(rows))
     ]
     return element(TEMPLATE, "modes", shown, rows, float(found.mass), units)
@@ -82,13 +79,17 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
     forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
     rows = [
-        {
-            "at": row["at"],
-            **{f"{axis}, N": _round(row["force"][i], zero) for i, axis in enumerate("xyz")},
-        }
+        {"at": row["at"]}
+        | {f"{a}, N": f if abs(f) > zero else 0.0 for a, f in zip("xyz", row["force"], strict=True)}
         for row in forces
     ]
-    notes = [sentence(note) for note in (*singular_stress(numbers), *cautions({"static": numbers}))]
+    notes = [
+        formatting.sentence(note)
+        for note in (
+            *formatting.singular_stress(numbers),
+            *formatting.cautions({"static": numbers}),
+        )
+    ]
     picture, unit = pictures.get("static"), found.units["length"]
     return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)
 
@@ -98,7 +99,3 @@ def _poisson(numbers: Json, pictures: Pictures) -> Markup:
     rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in numbers["flows"]]
     rows.append({"at": "sources and given fluxes", "into the solid, W": numbers["supplied"]})
     return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers, rows)
-
-
-def _round(value: float, zero: float) -> float:
-    return value if abs(value) > zero else 0.0

@@ -115,15 +115,13 @@ def distance_rows(
     titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
     rows: list[Row] = []
     for name, way in ways.items():
-        found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
-        cells = {title: _distance(value, diagonal) for title, value in found.items()}
+        cells: Row = {}
+        for title, part in titles.items():
+            value = numbers.get(f"{way}_{part}")
+            cells[title] = None
+            if value is not None:
+                length = f" ({show(value * diagonal)})" if diagonal else ""
+                cells[title] = f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
         if any(cells.values()):
             rows.append({"from": name, **cells})
     return rows
-
-
-def _distance(value: float | None, diagonal: float | None) -> str | None:
-    if value is None:
-        return None
-    length = f" ({show(value * diagonal)})" if diagonal else ""
-    return f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
