@@ -4,7 +4,6 @@ Exit codes: 0, or 2 for an invalid option.
 """
 
 import csv
-import glob
 import json
 import logging
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
-from polycube.cli.command import OTHER_FOLDER, command
+from polycube.cli.command import OTHER_FOLDER, command, files_of
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
 from polycube.diffusion.training.data_module import JUDGED
@@ -80,19 +79,14 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
-    parts = _files(cfg["parts"])
+    parts = files_of(cfg["parts"])
     rows: list[Row] = []
     for path, denoiser in denoisers.items():
-        row = {
-            "path": path,
-            **_measured(denoiser, cfg),
-            "parts": _parts(path, denoiser, parts, cfg),
-        }
-        rows.append(row)
-        curves = TensorBoardLogger(
-            folder, name="tensorboard", version=_short(path).replace("/", "_")
-        )
-        curves.log_metrics(row["columns"], step=0)
+        rows.append({"path": path, **_measured(denoiser, cfg)})
+        rows[-1]["parts"] = _parts(path, denoiser, parts, cfg)
+        version = _short(path).replace("/", "_")
+        curves = TensorBoardLogger(folder, name="tensorboard", version=version)
+        curves.log_metrics(rows[-1]["columns"], step=0)
         curves.finalize("success")
     settings = {name: cfg[name] for name in ("pairs", "seed", "sampler", "data")}
     found = {**settings, "version": __version__, "weights": rows}
@@ -140,14 +134,12 @@ def main() -> None:
 
 def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs for the grid of the denoiser, of all and of each kind of pair."""
-    primitives = voxels(denoiser.condition.cells)
+    primitives, number = voxels(denoiser.condition.cells), cfg["pairs"]
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
     pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + JUDGED)
+    how = sampler, cfg["batch_size"], cfg["seed"]
     if not denoiser.condition.grid:
-        columns = evaluate_any(
-            denoiser, pairs, cfg["pairs"], sampler, cfg["batch_size"], cfg["seed"]
-        )
-        found = summary(columns)
+        found = summary(evaluate_any(denoiser, pairs, number, *how))
         if cfg["lattices"]:
             drawn = registry.build("structure", cfg["drawn"], **GRIDLESS)
             draw = partial(drawn.polycubes, denoiser)
@@ -155,20 +147,13 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
             found |= summary(lattices)
         return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as in the training
-    made, columns = evaluate(
-        denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]
-    )
+    made, columns = evaluate(denoiser, pairs, number, primitives, *how)
+    contexts, tilts = by_context(made, columns).items(), by_tilt(made, columns).items()
     return {
         "threads": threads(),
         "columns": summary(columns),
-        "contexts": [
-            {"context": list(context), **numbers}
-            for context, numbers in by_context(made, columns).items()
-        ],
-        "tilts": [
-            {"from": low, "to": high, **numbers}
-            for (low, high), numbers in by_tilt(made, columns).items()
-        ],
+        "contexts": [{"context": list(context), **numbers} for context, numbers in contexts],
+        "tilts": [{"from": low, "to": high, **numbers} for (low, high), numbers in tilts],
     }
 
 
@@ -221,20 +206,8 @@ def _hint(file: Path) -> str:
     return hints.get(file.name, "")
 
 
-def _files(patterns: Sequence[str]) -> list[Path]:
-    """Files of the patterns; raises InputError for a pattern without files."""
-    found: list[Path] = []
-    for pattern in patterns:
-        files = sorted(glob.glob(str(pattern)))
-        if not files:
-            raise InputError(f"parts: no file {pattern}")
-        found += map(Path, files)
-    return found
-
-
 def _short(path: str) -> str:
     """Distinguishing part of the path of weights, for tables."""
-    parts = [
-        p for p in Path(path).with_suffix("").parts if p not in ("weights", "checkpoints", "/")
-    ]
+    common = ("weights", "checkpoints", "/")
+    parts = [part for part in Path(path).with_suffix("").parts if part not in common]
     return "/".join(parts[-2:]) or path

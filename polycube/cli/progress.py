@@ -64,7 +64,9 @@ class ProgressLine:
         self._progress.start()  # only once
         self._is_whole |= stage.startswith("structure/")
         self._optimized += stage == "meshing/optimize"
-        shares = self._shares(stage)
+        shares = SHARES.get(stage)
+        if stage == "meshing/optimize":
+            shares = OPTIMIZE[max(n for n in OPTIMIZE if n <= self._optimized)]
         elapsed = self._progress.tasks[0].elapsed
         if self._is_whole and shares and elapsed:
             low, middle, high = shares
@@ -72,11 +74,6 @@ class ProgressLine:
             self._progress.update(
                 self._task, total=1, completed=done, least=elapsed / high, most=elapsed / low
             )
-
-    def _shares(self, stage: str) -> tuple[float, float, float] | None:
-        if stage == "meshing/optimize":
-            return OPTIMIZE[max(n for n in OPTIMIZE if n <= self._optimized)]
-        return SHARES.get(stage)
 
     def show_best(self, scaled_jacobian: float) -> None:
         """Show the scaled Jacobian of the best mesh so far."""

@@ -87,7 +87,7 @@ def test_missing_columns_are_empty_cells() -> None:
         (["weights=nowhere"], "error: no weights at nowhere"),
         (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
         (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
-        (["parts=[nothing*.stl]"], "error: parts: no file nothing*.stl"),
+        (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
         (
             ["slabs=[5,2]"],
             "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",
