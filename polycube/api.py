@@ -201,7 +201,8 @@ def _input(source: object) -> tuple[str, Read | None]:
         key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
         return f"{key}={_value(str(source))}", None
     if isinstance(source, HexMesh):
-        return "hex=object", lambda settings, clock: _given(source)
+        start = RunState(boundary(source), "object", given=source, hex_path="object", hexes=source)
+        return "hex=object", lambda settings, clock: start
     surface = _surface(source)
     return "mesh=object", lambda settings, clock: RunState(surface, path="object")
 
@@ -218,10 +219,6 @@ def _surface(source: object) -> TriMesh:
             f"{type(source).__name__}"
         )
     return clean(np.asarray(source.vertices, float), np.asarray(source.faces))[0]
-
-
-def _given(mesh: HexMesh) -> RunState:
-    return RunState(boundary(mesh), path="object", given=mesh, hex_path="object", hexes=mesh)
 
 
 def _overrides(name: str, value: object) -> list[str]:

@@ -41,7 +41,6 @@ class Network:
     arcs: tuple[Arc, ...]
     # for each corner the (arc, 0 at its start or -1 at its end), counter-clockwise from outside
     rings: dict[int, tuple[tuple[int, int], ...]]
-    # end), counter-clockwise from outside
 
 
 def network(surface: Boundary) -> Network:

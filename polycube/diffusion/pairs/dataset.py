@@ -31,24 +31,21 @@ class PairImages(Dataset):
         self.pairs, self.condition = pairs, condition
 
     def __getitem__(self, index: int) -> Batch:
-        return Batch(*images(self.pairs(index), self.condition), torch.tensor(index))
-
-
-def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Geometry (6, h, w), polycube (3, h, w), condition vector (K,) and labels (L, h, w)."""
-    value, size = condition.value_of(pair), condition.image
-    used = condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
-    at = by_x(pair.geometry, used)
-    points, normals, polycube, labels = (
-        to_pixels(rows, at, size)
-        for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
-    )
-    return (
-        torch.from_numpy(np.concatenate([points, normals])),
-        torch.from_numpy(polycube),
-        torch.from_numpy(condition.vector(value)),
-        torch.from_numpy(labels.astype(np.int64) - 1),
-    )
+        pair, size = self.pairs(index), self.condition.image
+        value = self.condition.value_of(pair)
+        used = self.condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
+        at = by_x(pair.geometry, used)
+        points, normals, polycube, labels = (
+            to_pixels(rows, at, size)
+            for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
+        )
+        return Batch(
+            torch.from_numpy(np.concatenate([points, normals])),
+            torch.from_numpy(polycube),
+            torch.from_numpy(self.condition.vector(value)),
+            torch.from_numpy(labels.astype(np.int64) - 1),
+            torch.tensor(index),
+        )
 
 
 def rank_and_processes() -> tuple[int, int]:
