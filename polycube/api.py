@@ -25,6 +25,7 @@ from polycube.pipeline.placement import Placement
 from polycube.pipeline.resume.settings import with_earlier_settings
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
+from polycube.pipeline.solving import check_places
 from polycube.registry import build, provide
 from polycube.report.citation import bibtex
 from polycube.report.files import check_folder, start_folder, write_results
@@ -162,7 +163,7 @@ def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
         if state.hexes is not None and state.failure is None and not state.interrupted:
-            run.check_places(state.hexes, exports)
+            check_places(state.hexes, run.solving, exports, run.results.folder)
             state = run.solve(state)
     except MeshingError as error:
         return replace(state, failure=str(error))
