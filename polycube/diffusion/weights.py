@@ -89,10 +89,8 @@ def save_denoiser(
         name: (tensor.half() if tensor.is_floating_point() else tensor).contiguous().cpu()
         for name, tensor in denoiser.state_dict().items()
     }
-    texts = {
-        ".yaml": yaml.safe_dump(dict(config), sort_keys=False),
-        ".json": json.dumps(dict(metrics), indent=1) + "\n",
-    }
+    texts = {".yaml": yaml.safe_dump(dict(config), sort_keys=False)}
+    texts[".json"] = json.dumps(dict(metrics), indent=1) + "\n"
     path = folder / "weights.safetensors"
     with atomic_write(path) as temporary:
         temporary.write_bytes(save(tensors))
@@ -135,11 +133,8 @@ def load_denoiser(
 def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
     """Copy the tensors of a trained denoiser with equal names and shapes; returns their number."""
     own = denoiser.state_dict()
-    same = {
-        name: tensor
-        for name, tensor in trained.state_dict().items()
-        if name in own and own[name].shape == tensor.shape
-    }
+    taken = {name: each for name, each in trained.state_dict().items() if name in own}
+    same = {name: each for name, each in taken.items() if own[name].shape == each.shape}
     denoiser.load_state_dict(same, strict=False)
     return len(same)
 

@@ -57,15 +57,11 @@ def _pack(value: object, name: str, arrays: dict[str, np.ndarray]) -> object:
         return {"array": name}
     if isinstance(value, csr_matrix):
         parts = (value.data, value.indices, value.indptr)
-        return {
-            "csr": [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)],
-            "shape": list(value.shape),
-        }
+        packed = [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)]
+        return {"csr": packed, "shape": list(value.shape)}
     if dataclasses.is_dataclass(value):
-        fields = {
-            f.name: _pack(getattr(value, f.name), f"{name}.{f.name}", arrays)
-            for f in dataclasses.fields(value)
-        }
+        names = [each.name for each in dataclasses.fields(value)]
+        fields = {n: _pack(getattr(value, n), f"{name}.{n}", arrays) for n in names}
         return {"class": type(value).__name__, "fields": fields}
     if isinstance(value, list | tuple):
         items = list(value)

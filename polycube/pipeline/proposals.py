@@ -78,9 +78,8 @@ class Proposals:
         """
         settings = self.settings
         made = partial(build, "structure", grid=grid, primitives=self.primitives)
-        own = settings.structure.get("proposals") or {
-            str(settings.structure.get("plugin")): settings.structure
-        }
+        alone = {str(settings.structure.get("plugin")): settings.structure}
+        own = settings.structure.get("proposals") or alone
         if not settings.context:
             return [(name, made(config)) for name, config in own.items()]
         replacing = {**settings.context_structure, "context": settings.context}

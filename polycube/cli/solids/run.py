@@ -132,10 +132,10 @@ def run_solids(
 
 def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dict[int, int]:
     """Exit codes by the number of the solid."""
-    calls = [
-        (of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}", job)
-        for solid, job in jobs
-    ]
+    calls = []
+    for solid, job in jobs:
+        own = of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}"
+        calls.append((*own, job))
     if cluster.is_used(cfg["dask"]) and calls:
         waiting = [(run_job, call, call[1].name) for call in calls]
         codes = cluster.run_all(waiting, cfg["dask"])

@@ -120,10 +120,8 @@ def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
 
     The solids are not moved; their boxes are divided at the knots of both.
     """
-    lines = [
-        np.unique(np.concatenate([scale * a, b]))
-        for a, b in zip(drawn.knots, truth.knots, strict=True)
-    ]
+    knots = zip(drawn.knots, truth.knots, strict=True)
+    lines = [np.unique(np.concatenate([scale * a, b])) for a, b in knots]
     middles = [(line[1:] + line[:-1]) / 2 for line in lines]
     volume = np.einsum("i,j,k->ijk", *(np.diff(line) for line in lines))
     one = _filled(drawn, [middle / scale for middle in middles])

@@ -68,16 +68,12 @@ def read_separately(
     seconds = ceil(SECONDS * effort + 30 * megabytes)
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "output"
-        request = {
-            "path": str(path),
-            "output": str(output),
-            "seconds": seconds,
-            "gigabytes": MEMORY + megabytes / 5,
-        }
+        request = {"path": str(path), "output": str(output), **options}
+        request |= {"seconds": seconds, "gigabytes": MEMORY + megabytes / 5}
         try:
             done = subprocess.run(
                 [sys.executable, "-m", worker],
-                input=json.dumps({**request, **options}),
+                input=json.dumps(request),
                 capture_output=True,
                 text=True,
                 errors="replace",

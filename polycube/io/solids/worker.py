@@ -30,18 +30,14 @@ class _Solid:
 
 
 def main() -> None:
-    """Names, volumes and boxes in `gmsh_unit`; first identical solid of each."""
+    """Names and volumes in `gmsh_unit`; first identical solid of each."""
     request = json.load(sys.stdin)
     gmsh, _ = opened(request)
     distinct: list[tuple[int, _Solid]] = []
     rows = []
     for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
         solid = _solid(gmsh, tag)
-        row = {
-            "name": name_of(gmsh, 3, tag),
-            "volume": gmsh.model.occ.getMass(3, tag),
-            "box": list(gmsh.model.getBoundingBox(3, tag)),
-        }
+        row = {"name": name_of(gmsh, 3, tag), "volume": gmsh.model.occ.getMass(3, tag)}
         for earlier, known in distinct:
             motion = _motion(gmsh, known, solid)
             if motion is not None:

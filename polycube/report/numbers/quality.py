@@ -76,17 +76,14 @@ def full(
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
+    worst_quad = mesh.quads[quad_deviation(mesh, surface).argmax()]
     return {
         **numbers,
         "deviation": {
             "unit": surface.unit or "model units",
             "diagonal": diagonal,
             **lengths,
-            "mesh_to_surface_max_at": mesh.vertices[
-                mesh.quads[quad_deviation(mesh, surface).argmax()]
-            ]
-            .mean(axis=0)
-            .tolist(),
+            "mesh_to_surface_max_at": mesh.vertices[worst_quad].mean(axis=0).tolist(),
             "surface_to_mesh_max_at": farthest(mesh, surface).tolist(),
         },
         "quality": {
@@ -125,11 +122,8 @@ def spline_warnings(numbers: object) -> list[str]:
 
 
 def distances(name: str, distances: quality.Distances) -> dict[str, float]:
-    return {
-        f"{name}_max": distances.largest,
-        f"{name}_mean": distances.mean,
-        f"{name}_p99": distances.p99,
-    }
+    values = {"max": distances.largest, "mean": distances.mean, "p99": distances.p99}
+    return {f"{name}_{end}": value for end, value in values.items()}
 
 
 def histogram(name: str, values: np.ndarray) -> dict[str, list]:

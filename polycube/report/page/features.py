@@ -16,14 +16,7 @@ def features(report: Json, pictures: Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return NOTHING
-    counts = [
-        {
-            "of the CAD model": f"{kind}s",
-            "all": found[f"{kind}s"]["all"],
-            "lost": found[f"{kind}s"]["lost"],
-        }
-        for kind in KINDS
-    ]
+    counts = [{"of the CAD model": f"{kind}s", **found[f"{kind}s"]} for kind in KINDS]
     return render(
         "features.html",
         found=found,
@@ -65,9 +58,7 @@ def _acute(features: list[Json]) -> list[Row]:
             "kind": each["kind"],
             "of": _faces(each),
             "angle, degrees": round(each["degrees"], 1),
-            "largest possible scaled Jacobian": round(
-                float(np.sin(np.radians(each["degrees"]))), 2
-            ),
+            "largest possible scaled Jacobian": np.sin(np.radians(each["degrees"])).round(2),
             "at": point(each["at"], digits),
         }
         for each in features[:N_SHOWN]

@@ -107,10 +107,8 @@ def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    return {
-        "rows": distance_rows(numbers, ways, diagonal(surface)),
-        "lengths": numbers.get("deviation", {}),
-    }
+    rows = distance_rows(numbers, ways, diagonal(surface))
+    return {"rows": rows, "lengths": numbers.get("deviation", {})}
 
 
 def _primitives(state: RunState, mesh: HexMesh) -> Json:

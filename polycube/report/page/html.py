@@ -87,10 +87,8 @@ def _settings(report: Json) -> Markup:
     config = report.get("config")
     if not config:
         return NOTHING
-    blocks = {
-        "All options of this run": _yaml(config),
-        "What to cite, as BibTeX": bibtex(report, config),
-    }
+    blocks = {"All options of this run": _yaml(config)}
+    blocks["What to cite, as BibTeX"] = bibtex(report, config)
     return element(sections.TEMPLATE, "settings", blocks)
 
 

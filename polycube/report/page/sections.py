@@ -52,9 +52,8 @@ def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if not numbers.keys() - {"bbox"}:
         return NOTHING
     sides = np.ptp(numbers.get("bbox", [[0.0] * 3] * 2), axis=0)
-    return element(
-        TEMPLATE, "input", pictures.get("input"), numbers, sides.tolist(), length_unit(report)
-    )
+    picture, unit = pictures.get("input"), length_unit(report)
+    return element(TEMPLATE, "input", picture, numbers, sides.tolist(), unit)
 
 
 def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -62,11 +61,8 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
-    if (
-        not numbers
-        and not candidates
-        and not {"polycube", "section", "labels", "proposals"} & set(pictures)
-    ):
+    shown = {"polycube", "section", "labels", "proposals"}.intersection(pictures)
+    if not numbers and not candidates and not shown:
         return NOTHING
     numbers = {STRUCTURE.get(name, name): value for name, value in numbers.items()}
     if "grid" in numbers:

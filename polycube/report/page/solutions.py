@@ -63,13 +63,8 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
         }
         for i, value in enumerate(found.eigenvalues)
     ]
-    shown = [
-        (
-            pictures.get(f"mode_{i}"),
-            f"Mode {i + 1}: {formatting.frequency(found.frequency[i], unit)}",
-        )
-        for i in range(len(rows))
-    ]
+    values = [formatting.frequency(value, unit) for value in found.frequency]
+    shown = [(pictures.get(f"mode_{i}"), f"Mode {i + 1}: {v}") for i, v in enumerate(values)]
     return element(TEMPLATE, "modes", shown, rows, float(found.mass), units)
 
 
@@ -78,18 +73,12 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
     times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
     forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
-    rows = [
-        {"at": row["at"]}
-        | {f"{a}, N": f if abs(f) > zero else 0.0 for a, f in zip("xyz", row["force"], strict=True)}
-        for row in forces
-    ]
-    notes = [
-        formatting.sentence(note)
-        for note in (
-            *formatting.singular_stress(numbers),
-            *formatting.cautions({"static": numbers}),
-        )
-    ]
+    rows = []
+    for row in forces:
+        parts = [part if abs(part) > zero else 0.0 for part in row["force"]]
+        rows.append({"at": row["at"], **dict(zip(("x, N", "y, N", "z, N"), parts, strict=True))})
+    phrases = [*formatting.singular_stress(numbers), *formatting.cautions({"static": numbers})]
+    notes = [formatting.sentence(phrase) for phrase in phrases]
     picture, unit = pictures.get("static"), found.units["length"]
     return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)
 

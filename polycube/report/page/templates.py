@@ -56,13 +56,8 @@ def environment() -> Environment:
     """Jinja2 with the filters and names that the templates use."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    made = Environment(
-        loader=FileSystemLoader(FOLDER),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = Environment(undefined=StrictUndefined, autoescape=True, loader=FileSystemLoader(FOLDER))
+    made.trim_blocks = made.lstrip_blocks = True
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
     made.globals |= {"colours": colours, "formatting": formatting}
     made.globals |= {"source": source, "columns": columns}

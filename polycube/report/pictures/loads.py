@@ -84,9 +84,8 @@ Symbol = tuple[np.ndarray, np.ndarray]  # points (N, 3), triangles (T, 3)
 
 def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> list[Symbol]:
     """Cones that touch the faces: along the normal, or along each axis of a partial support."""
-    held = [
-        axis for axis, value in zip(support.components, support.values, strict=True) if not value
-    ]
+    prescribed = zip(support.components, support.values, strict=True)
+    held = [axis for axis, value in prescribed if not value]
     found = []
     for quad in quads:
         normal = faces.normal[quad] / float(np.linalg.norm(faces.normal[quad]))

@@ -106,13 +106,9 @@ def _draw(found: Mapping[str, Picture], seconds: float) -> dict[str, bytes]:
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "polycube.report.pictures.render", folder]
         try:
+            given = pickle.dumps(dict(found))
             process = subprocess.run(
-                command,
-                input=pickle.dumps(dict(found)),
-                capture_output=True,
-                timeout=seconds,
-                env=environment,
-                check=False,
+                command, input=given, capture_output=True, timeout=seconds, env=environment
             )
             reason = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
         except (OSError, subprocess.TimeoutExpired) as error:
