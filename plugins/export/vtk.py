@@ -38,11 +38,9 @@ class LegacyVtk(WithNodes, TextFormat):
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
         unit = f", lengths in {hexes.unit}" if hexes.unit else ""
         title = f"hex mesh of polycube{unit}{'; primitive: ' if names else ''}{legend}"[:255]
-        at_nodes = {
-            name: np.isin(np.arange(len(own.points)), nodes).astype(int)
-            for name, nodes in node_sets(hexes, own.quads).items()
-            if not name.startswith("patch_")
-        }
+        numbers, sets = np.arange(len(own.points)), node_sets(hexes, own.quads)
+        shown = [name for name in sets if not name.startswith("patch_")]
+        at_nodes = {name: np.isin(numbers, sets[name]).astype(int) for name in shown}
         of_hexes = {"cell": hexes.cell}
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]

@@ -35,39 +35,22 @@ RESULT = "evaluation.json"
 Row = dict[str, Any]
 GRIDLESS: Json = {"grid": (1, 1, 1), "primitives": {}}  # for a plugin that uses neither
 
-TABLE = {  # heading: column of `diffusion.evaluation`, and its format
-    "error": ("error", "{:.3f}"),
-    "p95": ("error_p95", "{:.3f}"),
-    "one step": ("error_one_step", "{:.3f}"),
-    "off polycube": ("off_polycube", "{:.3f}"),
-    "patch": ("labelled_patch", "{:.1%}"),
-    "cell": ("labelled_cell", "{:.1%}"),
-    "wall": ("labelled_wall", "{:.1%}"),
-    "nearest: patch": ("patch", "{:.1%}"),
-    "cell ": ("cell", "{:.1%}"),
-    "wall ": ("wall", "{:.1%}"),
-    "context top-1": ("context_top1", "{:.1%}"),
-    "top-3": ("context_top3", "{:.1%}"),
-    "any genus": ("context_top1_any_genus", "{:.1%}"),
-    "turned top-1": ("turned_top1", "{:.1%}"),
-    "top-3 ": ("turned_top3", "{:.1%}"),
-    "s": ("seconds", "{:.3g}"),
-    "1/s": ("samples_per_second", "{:.3g}"),
-}
+# heading: column of `diffusion.evaluation`
+TABLE = {"error": "error", "p95": "error_p95", "one step": "error_one_step"}
+TABLE |= {"off polycube": "off_polycube", "patch": "labelled_patch", "cell": "labelled_cell"}
+TABLE |= {"wall": "labelled_wall", "nearest: patch": "patch", "cell ": "cell", "wall ": "wall"}
+TABLE |= {"context top-1": "context_top1", "top-3": "context_top3"}
+TABLE |= {"any genus": "context_top1_any_genus", "turned top-1": "turned_top1"}
+TABLE |= {"top-3 ": "turned_top3", "s": "seconds", "1/s": "samples_per_second"}
+FORMATS = {"error": "{:.3f}", "off": "{:.3f}", "seconds": "{:.3g}", "samples": "{:.3g}"}
+SHARE = "{:.1%}"  # format of the other columns
 # beside every network of a grid: what needs none, given the context
 BASELINES = ("untouched", "box", "normals", "centre")
-WITHOUT_GRID = {  # the same for arbitrary structures; additional columns if there are any
-    "axis": ("labelled_axis", "{:.1%}"),
-    "knot": ("labelled_knot", "{:.1%}"),
-    "nearest: axis": ("nearest_axis", "{:.1%}"),
-    "lattice": ("lattice_1", "{:.1%}"),
-    "best of 4": ("lattice_4", "{:.1%}"),
-    "best of 16": ("lattice_16", "{:.1%}"),
-    "volume": ("volume_1", "{:.1%}"),
-    "best of 16 ": ("volume_16", "{:.1%}"),
-    "genus": ("genus", "{:.1%}"),
-    "any ": ("genus_any", "{:.1%}"),
-}
+# the same for arbitrary structures; additional columns if there are any
+WITHOUT_GRID = {"axis": "labelled_axis", "knot": "labelled_knot", "nearest: axis": "nearest_axis"}
+WITHOUT_GRID |= {"lattice": "lattice_1", "best of 4": "lattice_4", "best of 16": "lattice_16"}
+WITHOUT_GRID |= {"volume": "volume_1", "best of 16 ": "volume_16"}
+WITHOUT_GRID |= {"genus": "genus", "any ": "genus_any"}
 
 
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
@@ -105,10 +88,10 @@ def table(rows: Sequence[Row]) -> str:
     for row in rows:
         columns = row["columns"]
         lines.append([_short(row["path"])])
-        lines[-1] += [_cell(columns, c, f) for c, f in heads.values()]
+        lines[-1] += [_cell(columns, name) for name in heads.values()]
         for name in BASELINES:
             own = {"error": f"error_{name}", "patch": f"patch_{name}"}
-            cells = [_cell(columns, own.get(c, ""), f) for c, f in heads.values()]
+            cells = [_cell(columns, own.get(column, "")) for column in heads.values()]
             if any(cells):
                 lines.append([f"{_short(row['path'])}: {name}", *cells])
     for row in rows:
@@ -119,10 +102,11 @@ def table(rows: Sequence[Row]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
 
 
-def _cell(columns: Row, name: str, form: str) -> str:
+def _cell(columns: Row, name: str) -> str:
     """A column with its confidence interval, if it has one; empty if it is missing."""
     if name not in columns:
         return ""
+    form = FORMATS.get(name.partition("_")[0], SHARE)
     half = columns.get(f"{name}_interval")
     return form.format(columns[name]) + ("" if half is None else f" ± {form.format(half)}")
 

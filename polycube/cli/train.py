@@ -169,11 +169,9 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     callbacks, plugins = (_instances(given.pop(name, None)) for name in ("callbacks", "plugins"))
     if "logger" not in given:
         given["logger"] = _instance(cfg["logger"], save_dir=str(folder))
-    trainer = _instance(
-        given,
-        callbacks=[best, last, Pictures(), *_instances(cfg["callbacks"]), *callbacks],
-        plugins=[AtomicCheckpoints(folder), *plugins],
-    )
+    callbacks = [best, last, Pictures(), *_instances(cfg["callbacks"]), *callbacks]
+    plugins = [AtomicCheckpoints(folder), *plugins]
+    trainer = _instance(given, callbacks=callbacks, plugins=plugins)
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
         device = trainer.strategy.root_device  # device of the weights

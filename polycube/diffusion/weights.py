@@ -85,10 +85,9 @@ def save_denoiser(
 ) -> Path:
     """Write the three files, single precision as half; returns the safetensors file."""
     folder.mkdir(parents=True, exist_ok=True)
-    tensors = {
-        name: (tensor.half() if tensor.is_floating_point() else tensor).contiguous().cpu()
-        for name, tensor in denoiser.state_dict().items()
-    }
+    own = denoiser.state_dict().items()
+    halved = {name: each.half() if each.is_floating_point() else each for name, each in own}
+    tensors = {name: each.contiguous().cpu() for name, each in halved.items()}
     texts = {".yaml": yaml.safe_dump(dict(config), sort_keys=False)}
     texts[".json"] = json.dumps(dict(metrics), indent=1) + "\n"
     path = folder / "weights.safetensors"

@@ -17,11 +17,8 @@ from polycube.units import AUTO, resolved
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
-CHOICES = {
-    "bext": ("auto", "1", "2", "both"),
-    "cells": ("auto", "lagrange", "corners"),
-    "precision": ("single", "double"),
-}
+CHOICES = {"bext": ("auto", "1", "2", "both"), "cells": ("auto", "lagrange", "corners")}
+CHOICES |= {"precision": ("single", "double")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +65,8 @@ class Settings:
         """
         own = [f.name for f in fields(cls) if "Node" in str(f.type) and f.name != "composed"]
         groups = {name: _group(composed, name) for name in ("cad", "points", "files", *own)}
-        context, seed, seconds, strict = (
-            composed[name] for name in ("context", "seed", "seconds", "strict")
-        )
+        context, seed = composed["context"], composed["seed"]
+        seconds, strict = composed["seconds"], composed["strict"]
         is_list = context is None or isinstance(context, list | tuple)
         _check("context", context, is_list, "a list of primitives, such as [cube]")
         _check("seed", seed, type(seed) is int and seed >= 0, "a whole number, 0 or more")

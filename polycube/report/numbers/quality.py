@@ -26,14 +26,8 @@ WAYS = ("spline_to_surface", "surface_to_spline")
 SPLINE_LIMIT = 0.015
 _ENDS = ("_max", "_mean", "_p95", "_p99")  # suffixes of the names of distances
 # ranges of the histograms; the last bar includes larger values, so that runs can be compared
-RANGES = {
-    "scaled_jacobian": (0.0, 1.0),
-    "edge_ratio": (1.0, 9.0),
-    "max_edge_ratio": (1.0, 9.0),
-    "skew": (0.0, 1.0),
-    "condition": (1.0, 5.0),
-    "shape": (0.0, 1.0),
-}
+RANGES = dict.fromkeys(("scaled_jacobian", "skew", "shape"), (0.0, 1.0))
+RANGES |= {"edge_ratio": (1.0, 9.0), "max_edge_ratio": (1.0, 9.0), "condition": (1.0, 5.0)}
 
 
 @lru_cache(maxsize=2)

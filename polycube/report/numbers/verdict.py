@@ -161,11 +161,9 @@ TILES = (_worst, _features, _count, _distance, _volume, _spline)
 
 def tiles(report: Json) -> list[Tile]:
     """The main numbers of a run."""
+    found = [tile for make in TILES for tile in make(report)]
     of_solution = solutions.tiles(report).items()
-    return [
-        *(tile for make in TILES for tile in make(report)),
-        *(Tile(value, name, note) for name, (value, note) in of_solution),
-    ]
+    return found + [Tile(value, name, note) for name, (value, note) in of_solution]
 
 
 def length_unit(report: Json) -> str:

@@ -69,17 +69,12 @@ def _measures(numbers: Json) -> list[Row]:
 def _spreads(numbers: Json) -> list[Markup]:
     """Small histograms of these measures."""
     shapes = numbers.get("histograms", {})
-    shown = [name for name in MEASURES if name not in ("scaled_jacobian", "max_edge_ratio")]
-    return [
-        charts.spread(
-            _spaced(name),
-            shapes[name]["edges"],
-            shapes[name]["counts"],
-            f"worst {show(_worst_value(name, numbers['quality']))}",
-        )
-        for name in shown
-        if shapes
-    ]
+    found = []
+    for name in MEASURES if shapes else ():
+        if name not in ("scaled_jacobian", "max_edge_ratio"):
+            worst = f"worst {show(_worst_value(name, numbers['quality']))}"
+            found.append(charts.spread(_spaced(name), **shapes[name], worst=worst))
+    return found
 
 
 def _worst_value(name: str, found: Json) -> float:

@@ -19,15 +19,11 @@ def problem(report: Json, pictures: Pictures) -> Markup:
     if not found:
         return NOTHING
     area = f"area, {found['units']}²"
+    listed = [("support", row) for row in found["supports"]]
+    listed += [("load", row) for row in found["loads"]]
     rows = [
-        {
-            "kind": kind.removesuffix("s"),
-            "description": row["words"],
-            "quads": row["quads"],
-            area: row["area"],
-        }
-        for kind in ("supports", "loads")
-        for row in found[kind]
+        {"kind": kind, "description": row["words"], "quads": row["quads"], area: row["area"]}
+        for kind, row in listed
     ]
     colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
     legend = [(name, colour) for name, colour in colours.items() if colour]

@@ -44,14 +44,8 @@ class Result:
 
     def numbers(self) -> Json:
         """What the script of the view needs to know."""
-        return {
-            "title": self.title,
-            "unit": self.unit,
-            "ends": self.ends,
-            "stops": rgb(self.colours).tolist(),
-            "moves": self.shift is not None,
-            "drawn": self.drawn,
-        }
+        own = {name: getattr(self, name) for name in ("title", "unit", "ends", "drawn")}
+        return {**own, "stops": rgb(self.colours).tolist(), "moves": self.shift is not None}
 
     def arrays(self) -> list[np.ndarray]:
         """Values in steps of the colour bar, and displacements in steps of the largest one."""
