@@ -1,6 +1,6 @@
 """The page of an assembly: a row per solid with a link to its report, and the contacts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from polycube.report.page.html import header, page
@@ -22,45 +22,17 @@ def assembly_page(
     folder : folder that contains the folders of the solids
     files : files of the assembly in this folder
     """
+    made = [(solid["name"], f"{solid['name']}/report.html") for solid in report["solids"]]
     body = render(
         "assembly.html",
         view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
-        solids=_solids(report, folder),
+        solids=report["solids"],
+        links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
         contacts=[_contact(each) for each in report["contacts"]],
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )
     return page(title, body, header(report))
-
-
-def _solids(report: Json, folder: Path) -> list[Row]:
-    rows: list[Row] = []
-    for solid in report["solids"]:
-        target = f"{solid['name']}/report.html"
-        is_there = (folder / target).is_file()
-        rows.append(
-            {
-                "solid": Link(solid["name"], target) if is_there else solid["name"],
-                "number": solid["number"],
-                "same as": solid.get("same_as"),
-                "volume": solid["volume"],
-                "hexes": solid["hexes"],
-                "least scaled Jacobian": solid["min_scaled_jacobian"],
-                "features kept": _preserved(solid["features"]),
-                "result": solid["result"],
-                "exit": solid["exit"],
-                "says": solid["says"] or None,
-            }
-        )
-    return rows
-
-
-def _preserved(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
-    if not features:
-        return None
-    counts = [features[kind] for kind in ("points", "curves", "faces")]
-    total = sum(each["all"] for each in counts)
-    return f"{total - sum(each['lost'] for each in counts)} of {total}"
 
 
 def _contact(found: Json) -> Row:

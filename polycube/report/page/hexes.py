@@ -18,7 +18,6 @@ from polycube.types import HexMesh, Json, TriMesh
 
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 N_SHOWN = 10  # rows, the worst first
-KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -28,12 +27,13 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     worst, unit = int(quality.argmin()), length_unit(report)
+    is_improved = bool(report.get("given") and numbers)
     at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return render(
         "hexes.html",
         pictures=pictures,
         unit=unit,
-        before=_improved(report),
+        before={"as given": report["given"], "improved": numbers} if is_improved else {},
         histogram=charts.histogram(quality),
         mesh=mesh,
         quality=quality,
@@ -122,26 +122,6 @@ def _primitives(state: RunState, mesh: HexMesh) -> Json:
     }
 
 
-def _improved(report: Json) -> list[Row]:
-    """Comparison before and after, if the run started with hexes."""
-    given, made = report.get("given"), report.get("hex")
-    if not given or not made:
-        return []
-    return [
-        {
-            "mesh": name,
-            "hexes": numbers["hexes"],
-            "scaled Jacobian, min": numbers["min_scaled_jacobian"],
-            "mean": numbers["mean_scaled_jacobian"],
-            "inverted": numbers["inverted"],
-            "input to mesh, 99th percentile, % of diagonal": 100 * numbers["surface_to_mesh_p99"],
-            "vertices off, % of diagonal": 100 * numbers["vertex_off_surface_max"],
-            "volume error, %": 100 * numbers["volume_error"],
-        }
-        for name, numbers in {"as given": given, "improved": made}.items()
-    ]
-
-
 def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
 
@@ -151,16 +131,4 @@ def hex_counts(report: Json) -> Markup:
     found = report.get("hex", {}).get("counts")
     if not found:
         return NOTHING
-    requests, fewer = found["at"], found["fewer"]
-    rows = [
-        {
-            "at": row["at"],
-            "what": KINDS[row["kind"]],
-            "wanted": row["wanted"],
-            "reached": row["reached"],
-            "result": "met" if row.get("met") else "not met",
-        }
-        for row in (*sorted(requests, key=lambda row: row["met"]), *fewer)
-    ]
-    kinds = Counter(row["kind"] for row in fewer)
-    return render("hex_counts.html", found=found, kinds=kinds, rows=rows, most=N_SHOWN)
+    return render("hex_counts.html", found=found, most=N_SHOWN)

@@ -119,23 +119,11 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
 def search(report: Json) -> Markup:
     """How the mesh was found: what the search tried, and where the time went."""
     spent, moves = report.get("seconds"), report.get("search", ())
-    rows = [
-        {
-            "move": row["name"],
-            "expected gain": row["expected"]["gain"],
-            "gain": row["gain"],
-            "expected work": row["expected"]["work"],
-            "work": row["work"],
-            "seconds": round(row["seconds"], 1),
-            "hexes": row["hexes"] or None,
-            "result": row["result"],
-        }
-        for row in moves
-    ]
-    if not spent and not rows:
+    if not spent and not moves:
         return NOTHING
     gains = [number for number, row in enumerate(moves) if row["gain"] > 0 and row["hexes"]]
-    return element(TEMPLATE, "search", rows, gains[-1] if gains else None, charts.bars(spent or {}))
+    last = gains[-1] if gains else None
+    return element(TEMPLATE, "search", moves, last, charts.bars(spent or {}))
 
 
 def change(report: Json, name: str) -> Markup:

@@ -18,16 +18,9 @@ def problem(report: Json, pictures: Pictures) -> Markup:
     found = report.get("problem")
     if not found:
         return NOTHING
-    area = f"area, {found['units']}²"
-    listed = [("support", row) for row in found["supports"]]
-    listed += [("load", row) for row in found["loads"]]
-    rows = [
-        {"kind": kind, "description": row["words"], "quads": row["quads"], area: row["area"]}
-        for kind, row in listed
-    ]
     colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
     legend = [(name, colour) for name, colour in colours.items() if colour]
-    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows, legend)
+    return element(TEMPLATE, "problem", pictures.get("problem"), found, legend)
 
 
 def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
