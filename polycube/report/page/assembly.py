@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from polycube.report.page.html import header, page
-from polycube.report.page.templates import Link, Row, render, show
+from polycube.report.page.templates import Link, render
 from polycube.report.page.views.viewer import viewer
 from polycube.types import HexMesh, Json
 
@@ -28,22 +28,8 @@ def assembly_page(
         view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
         solids=report["solids"],
         links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
-        contacts=[_contact(each) for each in report["contacts"]],
+        contacts=report["contacts"],
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )
     return page(title, body, header(report))
-
-
-def _contact(found: Json) -> Row:
-    named = zip(found["faces"], found["names"], strict=True)
-    share = found.get("common_area", 0.0) / found["area"]
-    return {
-        "solids": " – ".join(found["solids"]),
-        "faces": " – ".join(f"{face} ({name})" if name else face for face, name in named),
-        "area": found["area"],
-        "meshes agree": found["agree"],
-        "quads": " – ".join(map(show, found.get("quads", ()))) or None,
-        "common quads": found.get("common_quads"),
-        "of the area": f"{100 * share:.3g} %" if "common_area" in found else None,
-    }

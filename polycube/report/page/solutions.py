@@ -74,6 +74,4 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
 
 def _poisson(numbers: Json, pictures: Pictures) -> Markup:
     """u on the surface, and the flow through each support."""
-    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in numbers["flows"]]
-    rows.append({"at": "sources and given fluxes", "into the solid, W": numbers["supplied"]})
-    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers, rows)
+    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers)

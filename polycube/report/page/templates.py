@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 
 from polycube.report.numbers import formatting
 from polycube.report.pictures import colours
+from polycube.types import Json
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -59,6 +60,7 @@ def environment() -> Environment:
     made = Environment(undefined=StrictUndefined, autoescape=True, loader=FileSystemLoader(FOLDER))
     made.trim_blocks = made.lstrip_blocks = True
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
+    made.filters |= {"point": point, "faces": faces}
     made.globals |= {"colours": colours, "formatting": formatting}
     made.globals |= {"source": source, "columns": columns}
     return made
@@ -92,6 +94,12 @@ def data_uri(picture: bytes) -> str:
 def columns(rows: Sequence[Row]) -> list[str]:
     """The columns that any of the rows has, in order."""
     return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def faces(found: Json, between: str = ", ") -> str:
+    """The CAD faces of a feature or a contact, with their names in the file."""
+    pairs = zip(found["faces"], found["names"], strict=True)
+    return between.join(f"{face} ({name})" if name else face for face, name in pairs)
 
 
 def point(where: Sequence[float], digits: int) -> str:
