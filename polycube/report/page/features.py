@@ -16,7 +16,9 @@ def features(report: Json, pictures: Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return NOTHING
-    size, *_ = [each["length"] / each["distance"] for each in found["lost"]] or [1.0]  # diagonal
+    lost, size = found["lost"], 1.0
+    if lost:
+        size = lost[0]["length"] / lost[0]["distance"]  # the diagonal
     sharp = [
         {**each, "best": np.sin(np.radians(each["degrees"])).round(2)}
         for each in found.get("acute", [])

@@ -27,6 +27,8 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     worst, unit = int(quality.argmin()), length_unit(report)
+    shapes = numbers.get("quality", {})
+    ends = {name: shapes[name]["min" if MEASURES[name][1] is min else "max"] for name in shapes}
     is_improved = bool(report.get("given") and numbers)
     at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return render(
@@ -41,44 +43,25 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         numbers=numbers,
         cad_faces=len(np.unique(state.surface.region)),
         worst_caption=f"Worst hex: number {worst}, at {at}.",
-        measures=_measures(numbers),
-        spreads=_spreads(numbers),
+        measures=MEASURES,
+        worst_values=ends,
+        spreads=_spreads(numbers, ends),
         worst=_worst(numbers, unit),
         deviation=_deviation(state.surface, numbers),
         primitives=_primitives(state, mesh),
     )
 
 
-def _measures(numbers: Json) -> list[Row]:
-    """Other measures of finite-element programs."""
-    found = numbers.get("quality", {})
-    return [
-        {
-            "measure": _spaced(name),
-            "worst": _worst_value(name, found),
-            "mean": found[name]["mean"],
-            "best": found[name]["max" if bad is min else "min"],
-            "cube": perfect,
-            "what": meaning,
-        }
-        for name, (perfect, bad, meaning) in MEASURES.items()
-        if found
-    ]
+def _spreads(numbers: Json, ends: Json) -> list[Markup]:
+    """Small histograms of the measures beside the scaled Jacobian.
 
-
-def _spreads(numbers: Json) -> list[Markup]:
-    """Small histograms of these measures."""
-    shapes = numbers.get("histograms", {})
+    ends : worst value of each measure
+    """
     found = []
-    for name in MEASURES if shapes else ():
+    for name, shape in numbers.get("histograms", {}).items():
         if name not in ("scaled_jacobian", "max_edge_ratio"):
-            worst = f"worst {show(_worst_value(name, numbers['quality']))}"
-            found.append(charts.spread(_spaced(name), **shapes[name], worst=worst))
+            found.append(charts.spread(_spaced(name), **shape, worst=f"worst {show(ends[name])}"))
     return found
-
-
-def _worst_value(name: str, found: Json) -> float:
-    return float(found[name]["min" if MEASURES[name][1] is min else "max"])
 
 
 def _worst(numbers: Json, unit: str) -> list[Row]:

@@ -42,19 +42,12 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
     first = first_elastic(found) if found.rigid else 0
     errors = dict(enumerate(found.errors, found.rigid))
-    rows = [
-        {
-            "mode": i + 1,
-            squared: float(value),
-            f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
-            "estimated error, %": formatting.percent(errors.get(i)),
-            "": "rigid motion" if i < first else "",
-        }
-        for i, value in enumerate(found.eigenvalues)
-    ]
+    heads = ["mode", squared, f"frequency, {unit or 'cycles per unit of time'}"]
+    heads += ["estimated error, %", ""]
+    rows = list(zip(found.eigenvalues.tolist(), found.frequency.tolist(), strict=True))
     values = [formatting.frequency(value, unit) for value in found.frequency]
     shown = [(pictures.get(f"mode_{i}"), f"Mode {i + 1}: {v}") for i, v in enumerate(values)]
-    return element(TEMPLATE, "modes", shown, rows, float(found.mass), units)
+    return element(TEMPLATE, "modes", shown, heads, rows, errors, first, float(found.mass), units)
 
 
 def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Pictures) -> Markup:
