@@ -327,12 +327,10 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
             stages = ((name, KINDS[name]) for name in STAGES)
             makers = [n for n, own in stages if own.gives in missing and own.gives not in own.takes]
             hint = f"; put {' or '.join(makers)} before it" if makers else ""
-            raise InputError(
-                f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
-            )
+            what = f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
+            raise InputError(what)
         rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
         if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
-            raise InputError(
-                f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
-            )
+            what = f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
+            raise InputError(what)
         present.add(kind.gives)

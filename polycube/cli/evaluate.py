@@ -145,9 +145,8 @@ def _slabs(given: Any) -> tuple[int, int]:
     """Smallest and largest number of slabs along an axis; raises InputError for anything else."""
     numbers = given if isinstance(given, list) and len(given) == 2 else [0, 0]
     if not all(isinstance(n, int) for n in numbers) or not 1 <= numbers[0] <= numbers[1]:
-        raise InputError(
-            f"slabs must be the smallest and the largest number, such as [2, 5]; got {given!r}"
-        )
+        what = f"slabs must be the smallest and the largest number, such as [2, 5]; got {given!r}"
+        raise InputError(what)
     return numbers[0], numbers[1]
 
 

@@ -72,12 +72,9 @@ def make_denoiser(config: Recipe, build: Build) -> Denoiser:
     order = options.pop("order", "x")  # written by earlier versions
     if order != "x":
         raise InputError(f"points ordered by {order} are no longer supported, only by x")
-    return Denoiser(
-        build("model", config["model"]),
-        build("schedule", config["schedule"])(),
-        condition(config["grid"], config["primitives"]),
-        DenoiserOptions(**options),
-    )
+    network, alpha_bar = build("model", config["model"]), build("schedule", config["schedule"])()
+    own = condition(config["grid"], config["primitives"])
+    return Denoiser(network, alpha_bar, own, DenoiserOptions(**options))
 
 
 def save_denoiser(
@@ -114,7 +111,11 @@ def load_denoiser(
         if not needed.is_file():
             raise InputError(f"no weights at {needed}; train.py writes them")
     try:
-        config, tensors = _read_checkpoint(path) if path.suffix == ".ckpt" else _read(path)
+        if path.suffix == ".ckpt":
+            config, tensors = _read_checkpoint(path)
+        else:
+            config = yaml.safe_load(path.with_suffix(".yaml").read_text())
+            tensors = load_file(path)
         with torch.device("meta"):  # without memory
             empty = make_denoiser(config, build).state_dict()
         wanted, found = ({n: t.shape for n, t in own.items()} for own in (empty, tensors))
@@ -157,10 +158,6 @@ def _unfit(path: Path, error: Exception) -> InputError:
     if isinstance(error, UnpicklingError):
         reason = "it is damaged, or holds objects that could run code, which are never loaded"
     return InputError(f"{path} does not contain the network of its config: {reason}")
-
-
-def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
-    return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
 
 
 def _read_checkpoint(path: Path) -> tuple[Recipe, dict[str, Tensor]]:

@@ -60,9 +60,8 @@ class Cad:
             is_integer = isinstance(value, int) and not isinstance(value, bool)
             if not (is_integer and value >= least) and not (name == "solid" and value is None):
                 also = ", or all" if name == "solid" else ""
-                raise InputError(
-                    f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
-                )
+                what = f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
+                raise InputError(what)
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
