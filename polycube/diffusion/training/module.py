@@ -19,7 +19,7 @@ from torch.optim.lr_scheduler import LambdaLR
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.dataset import Batch, rank_and_processes
 from polycube.diffusion.pairs.templates import IDENTITY
-from polycube.diffusion.training.draws import draws
+from polycube.diffusion.training.draws import Draws, draws
 from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe
 from polycube.surface.frames import rotations
@@ -72,6 +72,11 @@ class DDPMPolycube(L.LightningModule):
         if torch.cuda.is_available():
             torch.set_float32_matmul_precision("high")
 
+    def draws(self, numbers: Tensor, image: tuple[int, int]) -> Draws:
+        """Random values for images of the given size, for the pairs with these numbers (B,)."""
+        steps, endpoint = self.denoiser.process.steps, self.learning.endpoint
+        return draws(self.learning.seed, numbers, steps, endpoint, image)
+
     def loss(self, batch: Batch) -> dict[str, Tensor]:
         """Terms of the loss: the prediction at random steps (eq. 10), its labels, the context.
 
@@ -83,8 +88,7 @@ class DDPMPolycube(L.LightningModule):
         )
         process, x_T = self.denoiser.process, geometry[:, :3]
         height, width = x_0.shape[2:]
-        own = self.learning.seed, batch.number, process.steps, self.learning.endpoint
-        t, first, turn, z = draws(*own, (height, width))
+        t, first, turn, z = self.draws(batch.number, (height, width))
         q = process.adjustment(x_T)
         x_t = process.forward(x_0, z, q, t)
         t = torch.where(first, process.steps, t)
