@@ -16,13 +16,9 @@ def features(report: Json, pictures: Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return NOTHING
-    lost, size = found["lost"], 1.0
-    if lost:
-        size = lost[0]["length"] / lost[0]["distance"]  # the diagonal
-    sharp = [
-        {**each, "best": np.sin(np.radians(each["degrees"])).round(2)}
-        for each in found.get("acute", [])
-    ]
+    lost, sharp = found["lost"], found.get("acute", [])
+    size = lost[0]["length"] / lost[0]["distance"] if lost else 1.0  # the diagonal
+    sharp = [{**each, "best": np.sin(np.radians(each["degrees"])).round(2)} for each in sharp]
     extent = max([abs(value) for each in sharp for value in each["at"]], default=1.0)
     return render(
         "features.html",
