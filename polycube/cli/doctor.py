@@ -52,11 +52,7 @@ Item = tuple[str, bool, str]  # what, whether it works, details
 def examine() -> Iterator[Item]:
     """Every item, in the order of a report."""
     yield "python", sys.version_info >= (3, 10), f"{platform.python_version()}, needs 3.10 or newer"
-    for name in PACKAGES:
-        try:
-            yield name, True, version(name)
-        except PackageNotFoundError:
-            yield name, False, f"pip install {name}"
+    yield from map(_package, PACKAGES)
     yield _probe("torch runs on", TORCH)
     for library, (package, purpose) in LIBRARIES.items():
         found = find_library(library)
@@ -80,6 +76,13 @@ def main() -> int:
         sys.stdout.flush()
         complete &= works
     return int(not complete)
+
+
+def _package(name: str) -> Item:
+    try:
+        return name, True, version(name)
+    except PackageNotFoundError:
+        return name, False, f"pip install {name}"
 
 
 def _probe(name: str, code: str) -> Item:
