@@ -25,6 +25,7 @@ from polycube.pipeline.placement import Placement
 from polycube.pipeline.resume.settings import with_earlier_settings
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings
+from polycube.pipeline.solving import check_places
 from polycube.registry import build, provide
 from polycube.report.citation import bibtex
 from polycube.report.files import check_folder, start_folder, write_results
@@ -162,7 +163,7 @@ def _work(run: Run, state: RunState, exports: Sequence[Export]) -> RunState:
         if "meshing" in run.settings.order:
             state = run.mesh(state)
         if state.hexes is not None and state.failure is None and not state.interrupted:
-            run.check_places(state.hexes, exports)
+            check_places(state.hexes, run.solving, exports, run.results.folder)
             state = run.solve(state)
     except MeshingError as error:
         return replace(state, failure=str(error))
@@ -201,7 +202,8 @@ def _input(source: object) -> tuple[str, Read | None]:
         key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
         return f"{key}={_value(str(source))}", None
     if isinstance(source, HexMesh):
-        return "hex=object", lambda settings, clock: _given(source)
+        start = RunState(boundary(source), "object", given=source, hex_path="object", hexes=source)
+        return "hex=object", lambda settings, clock: start
     surface = _surface(source)
     return "mesh=object", lambda settings, clock: RunState(surface, path="object")
 
@@ -218,10 +220,6 @@ def _surface(source: object) -> TriMesh:
             f"{type(source).__name__}"
         )
     return clean(np.asarray(source.vertices, float), np.asarray(source.faces))[0]
-
-
-def _given(mesh: HexMesh) -> RunState:
-    return RunState(boundary(mesh), path="object", given=mesh, hex_path="object", hexes=mesh)
 
 
 def _overrides(name: str, value: object) -> list[str]:

@@ -10,7 +10,7 @@ are the global state of a Hydra program that runs in the same process.
 import json
 import re
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -188,8 +188,8 @@ def _no_option(name: str, parent: Container) -> InputError:
     """Error for an option that its parent does not have."""
     group, _, last = name.rpartition(".")
     siblings = list(parent) if group and isinstance(parent, DictConfig) else []
-    root = parent._get_root()  # OmegaConf has no public way up
-    known = list(_names(OmegaConf.to_container(root)))
+    root: Any = OmegaConf.to_container(parent._get_root())  # OmegaConf has no public way up
+    known = [known for known, _ in by_name(root) if known.partition(".")[0] != "hydra"]
     # such as meshing.size for size
     same = [other for other in known if other.rpartition(".")[2] == last]
     highest = min((other.count(".") for other in same), default=0)
@@ -207,11 +207,9 @@ def _did_you_mean(names: Sequence[str]) -> str:
     return f"did you mean {' or '.join(names)}; " if names else ""
 
 
-def _names(values: object, before: str = "") -> Iterator[str]:
-    """Full names of all options and of their groups."""
-    if not isinstance(values, dict):
-        return
-    for key, value in values.items():
-        if before or key != "hydra":
-            yield f"{before}{key}"
-            yield from _names(value, f"{before}{key}.")
+def by_name(settings: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Full names and values of all groups and of their options."""
+    for key, value in settings.items():
+        yield f"{before}{key}", value
+        if isinstance(value, Mapping):
+            yield from by_name(value, f"{before}{key}.")

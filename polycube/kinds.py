@@ -324,20 +324,13 @@ def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
         kind = KINDS[stage]
         missing = [name for name in kind.takes if name not in present]
         if missing:
-            raise InputError(
-                f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes"
-                f"{_hint(missing)}"
-            )
+            stages = ((name, KINDS[name]) for name in STAGES)
+            makers = [n for n, own in stages if own.gives in missing and own.gives not in own.takes]
+            hint = f"; put {' or '.join(makers)} before it" if makers else ""
+            what = f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
+            raise InputError(what)
         rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
         if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
-            raise InputError(
-                f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
-            )
+            what = f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
+            raise InputError(what)
         present.add(kind.gives)
-
-
-def _hint(missing: Sequence[str]) -> str:
-    """Stages that give a missing input, as an advice."""
-    stages = ((name, KINDS[name]) for name in STAGES)
-    makers = [n for n, kind in stages if kind.gives in missing and kind.gives not in kind.takes]
-    return f"; put {' or '.join(makers)} before it" if makers else ""

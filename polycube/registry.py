@@ -153,7 +153,10 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     name = str(values.pop("plugin"))
     cls = classes().get((kind, name))
     if cls is None:
-        raise UnknownPlugin(_unknown(kind, name))
+        have, close = names(kind), difflib.get_close_matches(name, names(kind), n=1)
+        hint = f". Did you mean {close[0]!r}?" if close else ""
+        known = f"have {', '.join(have) or 'none'}"
+        raise UnknownPlugin(f"no {kind} plugin named {name!r}; {known}{hint}{broken()}")
     try:
         inspect.signature(cls).bind(**values)
     except TypeError as error:
@@ -197,12 +200,6 @@ def _import_all(package: ModuleType) -> None:
         source = getattr(spec and spec.loader, "get_source", lambda name: None)(module.name)
         if source is None or "register(" in source:
             importlib.import_module(module.name)
-
-
-def _unknown(kind: str, name: str) -> str:
-    message = f"no {kind} plugin named {name!r}; have {', '.join(names(kind)) or 'none'}"
-    close = difflib.get_close_matches(name, names(kind), n=1)
-    return message + (f". Did you mean {close[0]!r}?" if close else "") + broken()
 
 
 def broken() -> str:

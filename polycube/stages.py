@@ -66,10 +66,8 @@ class Clock:
     def _note(self, name: str, spent: float, effort: Counter[str]) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + spent
         self.effort[name] = self.effort.get(name, Counter()) + effort
-        numbers = [
-            f"{spent:6.1f} s",
-            *(f"{effort[n]} {n}" for n in ("evaluations", "steps") if n in effort),
-        ]
+        done = [f"{effort[n]} {n}" for n in ("evaluations", "steps") if n in effort]
+        numbers = [f"{spent:6.1f} s", *done]
         logger.info("%-18s %s", name, ", ".join(numbers))
 
 

@@ -46,7 +46,11 @@ class Exodus(WithNodes):
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file, hexes.unit or "the units of the input")
-            _nodes(file, own.points)
+            file.createDimension("num_dim", 3)
+            file.createDimension("num_nodes", len(own.points))
+            for axis, points in zip("xyz", own.points.T, strict=True):
+                _array(file, f"coord{axis}", points, "num_nodes")
+            _names(file, "coor_names", list("xyz"), "num_dim")
             _elements(file, hexes, own.hexes[:, ORDER[: self.nodes]])
             _sets(file, hexes, own)
         return path
@@ -61,14 +65,6 @@ def _head(file: netcdf_file, unit: str) -> None:
     for name, size in {"len_string": 33, "len_name": NAME, "len_line": 81, "four": 4}.items():
         file.createDimension(name, size)
     file.createVariable("time_whole", "d", ("time_step",))
-
-
-def _nodes(file: netcdf_file, points: np.ndarray) -> None:
-    file.createDimension("num_dim", 3)
-    file.createDimension("num_nodes", len(points))
-    for axis, name in enumerate("xyz"):
-        _array(file, f"coord{name}", points[:, axis], "num_nodes")
-    _names(file, "coor_names", list("xyz"), "num_dim")
 
 
 def _elements(file: netcdf_file, mesh: HexMesh, hexes: np.ndarray) -> None:

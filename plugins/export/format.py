@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from polycube.io.atomic import write_parts
 from polycube.registry import BY_RUN
 from polycube.types import HexMesh, Spline
-
-from .text import write
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Problem
@@ -33,7 +32,7 @@ class TextFormat(ABC):
         InputError
             If a place of the problem does not exist on the boundary of the mesh.
         """
-        return write(path.with_suffix(self.suffix), self.parts(hexes))
+        return write_parts(path.with_suffix(self.suffix), self.parts(hexes))
 
     @abstractmethod
     def parts(self, hexes: HexMesh) -> Iterable[str]:

@@ -12,7 +12,7 @@ from polycube.types import HexMesh
 
 from .format import TextFormat, WithNodes
 from .groups import blocks, first_sets, legend, primitive_sets, renamed, side_sets
-from .text import count, floats, integers, numbered
+from .text import count, floats, integers, lines
 
 if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
@@ -68,7 +68,7 @@ def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:
     return [
         _names(surfaces, list(volumes)),
         f"$Nodes\n{len(own.points)}\n",
-        numbered(own.points, " "),
+        lines(count(own.points), "%d" + 3 * " %.17g"),
         f"$EndNodes\n$Elements\n{len(quads) + len(hexes)}\n",
         integers(quads),
         integers(hexes),
@@ -100,17 +100,16 @@ def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
     entities, counts, rows = [], [], []
     for k, sets in enumerate((surfaces, volumes)):
         member = np.zeros((len(elements[k]), len(sets)), bool)
-        for column, numbers in enumerate(sets.values()):
-            member[numbers, column] = True
+        for column, own_rows in enumerate(sets.values()):
+            member[own_rows, column] = True
         groups, which = np.unique(member, axis=0, return_inverse=True)
         counts.append(len(groups))
         for tag, group in enumerate(groups, start=1):
             own_tags = np.flatnonzero(group) + 1
             tags = " ".join(map(str, own_tags))
             entities.append(f"{tag} {box} {len(own_tags)} {tags} 0\n")
-        table = np.column_stack(
-            [1 + k * len(elements[0]) + np.arange(len(member)), elements[k] + 1]
-        )
+        numbers = 1 + k * len(elements[0]) + np.arange(len(member))
+        table = np.column_stack([numbers, elements[k] + 1])
         for run in np.split(np.arange(len(member)), 1 + np.flatnonzero(np.diff(which.ravel()))):
             head = f"{2 + k} {1 + which.ravel()[run[0]]} {KINDS[nodes][k]} {len(run)}\n"
             rows.append(head + integers(table[run]))

@@ -85,7 +85,5 @@ def primitive_sets(mesh: HexMesh) -> dict[str, np.ndarray]:
 
     names, primitive = numbered_primitives(mesh.primitives)
     solid = {f"solid_{plain(mesh.name)}": np.arange(len(mesh.hexes))} if mesh.name else {}
-    return solid | {
-        f"primitive_{name}": np.flatnonzero(primitive[mesh.cell] == k)
-        for k, name in enumerate(names)
-    }
+    rows = [np.flatnonzero(primitive[mesh.cell] == k) for k in range(len(names))]
+    return solid | {f"primitive_{name}": own for name, own in zip(names, rows, strict=True)}

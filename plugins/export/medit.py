@@ -47,8 +47,5 @@ def _legend(mesh: HexMesh) -> list[str]:
         what = "references" if is_patches else "numbers"
         listed = " ".join(map(str, own if is_patches else quads + 1))
         rows.append(f"# {name}: quadrilaterals with {what} {listed}\n")
-    rows += [
-        f"# {name}: hexahedra with reference {mesh.cell[own[0]]}\n"
-        for name, own in blocks(mesh).items()
-    ]
-    return rows
+    cells = {name: mesh.cell[own[0]] for name, own in blocks(mesh).items()}
+    return rows + [f"# {name}: hexahedra with reference {cell}\n" for name, cell in cells.items()]

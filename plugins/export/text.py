@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from polycube.io.atomic import atomic_write
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -28,14 +26,9 @@ def floats(values: np.ndarray) -> str:
     return lines(values, "%.17g")
 
 
-def integers(values: np.ndarray, between: str = " ") -> str:
+def integers(values: np.ndarray) -> str:
     """Rows of integers."""
-    return lines(values, "%d", between)
-
-
-def numbered(points: np.ndarray, between: str = ", ") -> str:
-    """Points that are read as the same bits, with their number from one."""
-    return lines(count(points), ["%d"] + 3 * ["%.17g"], between)
+    return lines(values, "%d")
 
 
 def narrow(value: float) -> str:
@@ -50,28 +43,23 @@ def pointed(value: float) -> str:
     return text if set(text) & set(".e") else f"{text}."
 
 
-def lines(values: np.ndarray, form: str | list[str], between: str = " ") -> str:
+def lines(values: np.ndarray, form: str) -> str:
     """Rows in a format of `numpy.savetxt`."""
     text = StringIO()
-    np.savetxt(text, values, form, between)
+    np.savetxt(text, values, form)
     return text.getvalue()
-
-
-def wrapped(numbers: Iterable[int], width: int, columns: str = "%d", between: str = "") -> str:
-    """Integers in lines of a given length."""
-    numbers = list(numbers)
-    rows = (numbers[i : i + width] for i in range(0, len(numbers), width))
-    return "".join(between.join(columns % n for n in row) + "\n" for row in rows)
 
 
 def listed(rows: np.ndarray, width: int, between: str, columns: str = "%d") -> str:
     """Numbers from one of rows from zero, in lines of a given length."""
-    return wrapped(rows + 1, width, columns, between)
+    numbers = [columns % (row + 1) for row in rows]
+    parts = (numbers[i : i + width] for i in range(0, len(numbers), width))
+    return "".join(between.join(part) + "\n" for part in parts)
 
 
 def joined(rows: np.ndarray) -> str:
     """Numbers from one of rows from zero, separated by commas, in lines of sixteen."""
-    return wrapped(rows + 1, 16, between=",").strip().replace("\n", ",\n") + "\n"
+    return listed(rows, 16, ",").strip().replace("\n", ",\n") + "\n"
 
 
 def numbered_nodes(nodes: np.ndarray, form: str, rows: np.ndarray | None = None) -> str:
@@ -101,13 +89,3 @@ def _templates() -> Environment:
     made.filters |= {"joined": joined, "numbered": numbered_nodes}
     made.filters["short"] = "{:.9g}".format
     return made
-
-
-def write(path: Path, parts: Iterable[str]) -> Path:
-    """Open the file for atomic writing."""
-    with (
-        atomic_write(path) as temporary,
-        open(temporary, "w", encoding="utf-8", newline="\n") as file,
-    ):
-        file.writelines(parts)
-    return path

@@ -38,15 +38,13 @@ class LegacyVtk(WithNodes, TextFormat):
         legend = ", ".join(f"{i} {name}" for i, name in enumerate(names))
         unit = f", lengths in {hexes.unit}" if hexes.unit else ""
         title = f"hex mesh of polycube{unit}{'; primitive: ' if names else ''}{legend}"[:255]
-        _, at_hexes = set_arrays(hexes)
-        at_nodes = {
-            name: np.isin(np.arange(len(own.points)), nodes).astype(int)
-            for name, nodes in node_sets(hexes, own.quads).items()
-            if not name.startswith("patch_")
-        }
+        numbers, sets = np.arange(len(own.points)), node_sets(hexes, own.quads)
+        shown = [name for name in sets if not name.startswith("patch_")]
+        at_nodes = {name: np.isin(numbers, sets[name]).astype(int) for name in shown}
         of_hexes = {"cell": hexes.cell}
         if names:
             of_hexes["primitive"] = primitive[hexes.cell]
+        of_hexes |= set_arrays(hexes)[1]
         quality = scaled_jacobian(hexes.vertices, hexes.hexes)
         return [
             f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
@@ -58,10 +56,7 @@ class LegacyVtk(WithNodes, TextFormat):
             f"POINT_DATA {len(own.points)}\n",
             *(_scalars(name, "int", integers(own[:, None])) for name, own in at_nodes.items()),
             f"CELL_DATA {n}\n",
-            *(
-                _scalars(name, "int", integers(own[:, None]))
-                for name, own in (of_hexes | at_hexes).items()
-            ),
+            *(_scalars(name, "int", integers(own[:, None])) for name, own in of_hexes.items()),
             _scalars("scaled_jacobian", "double", floats(quality[:, None])),
         ]
 

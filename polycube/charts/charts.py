@@ -42,9 +42,8 @@ def flatten(segmentation: Segmentation) -> Sheet:
         name = segmentation.describe(patch)
         left = _map_rectangles(segmentation, patch, axis, at)
         if left:
-            raise MeshingError(
-                f"{left} triangles of {name} are flipped in the plane, even in rectangles"
-            )
+            what = f"{left} triangles of {name} are flipped in the plane, even in rectangles"
+            raise MeshingError(what)
         logger.info(
             "map: %s: %d triangles flipped, none after a division into rectangles", name, folds
         )

@@ -5,12 +5,14 @@ distortion; mean-value weights (Floater 2003) are positive, so the map onto a co
 one-to-one.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
 
 from polycube.charts.mapped_surface import Sheet
-from polycube.hexmesh.connectivity import PLACES
+from polycube.hexmesh.connectivity import EDGES, PLACES
 from polycube.hexmesh.generation.template import interval_lengths, map_through, mesh
 from polycube.structure.lattice import Boundary
 from polycube.structure.rough_map import identity_map
@@ -25,15 +27,15 @@ def cotangent(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
 
     corners : (F, 3, 3) positions of the faces (F, 3)
     """
-    rows, columns, values = [], [], []
-    for k in range(3):
-        i, j = faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]
-        half = _cotangents(corners, k) / 2
-        rows += [i, j]
-        columns += [j, i]
-        values += [half, half]
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return csr_matrix(entries, shape=(n, n))
+    ends = ((faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]) for k in range(3))
+    found = _matrix([(*pair, _cotangents(corners, k) / 2) for k, pair in enumerate(ends)], n)
+    return found + found.T
+
+
+def _matrix(entries: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int) -> csr_matrix:
+    """(n, n) sum of entries, given by rows, columns and values."""
+    rows, columns, values = map(np.concatenate, zip(*entries, strict=True))
+    return csr_matrix((values, (rows, columns)), shape=(n, n))
 
 
 def _cotangents(corners: np.ndarray, k: int) -> np.ndarray:
@@ -45,17 +47,14 @@ def _cotangents(corners: np.ndarray, k: int) -> np.ndarray:
 
 def mean_value(corners: np.ndarray, faces: np.ndarray, n: int) -> csr_matrix:
     """(n, n) weights (tan a/2 + tan b/2) / length, with the angles a and b beside the edge."""
-    rows, columns, values = [], [], []
+    entries = []
     for k in range(3):
         cot = _cotangents(corners, k)
         half = np.sqrt(1 + cot**2) - cot  # tan(angle / 2), from 0 to infinity
-        for step in (1, 2):
-            side = corners[:, (k + step) % 3] - corners[:, k]
-            rows.append(faces[:, k])
-            columns.append(faces[:, (k + step) % 3])
-            values.append(half / np.maximum(np.linalg.norm(side, axis=1), 1e-300))
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return csr_matrix(entries, shape=(n, n))
+        for other in ((k + 1) % 3, (k + 2) % 3):
+            length = np.linalg.norm(corners[:, other] - corners[:, k], axis=1)
+            entries.append((faces[:, k], faces[:, other], half / np.maximum(length, 1e-300)))
+    return _matrix(entries, n)
 
 
 def extend(weights: csr_matrix, values: np.ndarray, fixed: np.ndarray) -> np.ndarray:
@@ -120,15 +119,10 @@ def lattice_weights(points: np.ndarray, hexes: np.ndarray) -> csr_matrix:
     points : (V, 3) lattice points of hexes (H, 8) parallel to the axes
     """
     size = points[hexes[:, 6]] - points[hexes[:, 0]]  # (H, 3)
-    rows, columns, values = [], [], []
-    for axis in range(3):
+    entries = []
+    for start, end in EDGES:
+        axis = int((PLACES[end] - PLACES[start]).argmax())
         share = size.prod(axis=1) / size[:, axis] ** 2 / 4
-        low = np.flatnonzero(PLACES[:, axis] == 0)
-        step = np.eye(3, dtype=int)[axis]
-        for corner in low:
-            other = int((PLACES == PLACES[corner] + step).all(axis=1).argmax())
-            rows += [hexes[:, corner], hexes[:, other]]
-            columns += [hexes[:, other], hexes[:, corner]]
-            values += [share, share]
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return csr_matrix(entries, shape=(len(points), len(points)))
+        entries.append((hexes[:, start], hexes[:, end], share))
+    found = _matrix(entries, len(points))
+    return found + found.T

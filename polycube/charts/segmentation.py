@@ -41,7 +41,6 @@ class Network:
     arcs: tuple[Arc, ...]
     # for each corner the (arc, 0 at its start or -1 at its end), counter-clockwise from outside
     rings: dict[int, tuple[tuple[int, int], ...]]
-    # end), counter-clockwise from outside
 
 
 def network(surface: Boundary) -> Network:
@@ -103,9 +102,8 @@ class Segmentation:
         sheet = self.drawing.sheet
         n_patches = self.outside.patch.max() + 1
         area = face_areas(TriMesh(sheet.vertices, sheet.faces))
-        shares = np.bincount(
-            self.parent * n_patches + sheet.tag, area, len(surface.faces) * n_patches
-        )
+        pair = self.parent * n_patches + sheet.tag
+        shares = np.bincount(pair, area, len(surface.faces) * n_patches)
         patch = shares.reshape(-1, n_patches).argmax(axis=1)
         return Labels(self.outside.patch_axis[patch], patch)
 
@@ -171,9 +169,8 @@ def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) 
         def cost(sheet: Sheet, sides: Sides, arc: Arc = arc, guide: Cost = guide) -> np.ndarray:
             is_adjacent = np.isin(labels.patch[sheet.tag], (arc.left, arc.right))
             factor = np.where(sides.sharp, SHARP, 1.0)
-            return guide(sheet, sides) * np.where(
-                sides.inside(is_adjacent), factor, factor * FOREIGN
-            )
+            factor *= np.where(sides.inside(is_adjacent), 1.0, FOREIGN)
+            return guide(sheet, sides) * factor
 
         ends = corners[arc.vertices[0]], corners[arc.vertices[-1]]
         between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)

@@ -43,6 +43,8 @@ LAST = ["says", "folder", "identity", "exit"]  # last columns of a row, and thos
 MANY = {"-m", "--multirun"}
 PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
 
+Attempt = Callable[..., tuple[int, str]]  # settings -> exit code, and the reason if it is not 0
+
 _waiting: list[cluster.Job] = []  # jobs for a cluster, run after all are composed
 
 
@@ -125,12 +127,7 @@ def _job_folder(values: str, *, _root_: DictConfig) -> str:
 OmegaConf.register_new_resolver("job_folder", _job_folder)
 
 
-def begin_job(
-    cfg: Mapping[str, Any],
-    folder: Path,
-    overrides: str,
-    job: Callable[[dict[str, object]], tuple[int, str]],
-) -> int:
+def begin_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) -> int:
     """Run one job of a batch, see `run_job`; with a cluster, only register it."""
     if not cluster.is_used(cfg["dask"]):
         return run_job(cfg, folder, overrides, job)
@@ -139,15 +136,8 @@ def begin_job(
     return 0
 
 
-def run_job(
-    cfg: Mapping[str, object],
-    folder: Path,
-    overrides: str,
-    job: Callable[[dict[str, object]], tuple[int, str]],
-) -> int:
+def run_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) -> int:
     """Exit code of one job of a batch, from a new or an earlier run; prints one line.
-
-    job : config -> exit code and, if it is not 0, a sentence with the reason
 
     Raises InputError if the row would overwrite a file of the user.
     """
@@ -197,8 +187,8 @@ def _numbers(folder: Path) -> dict[str, object]:
         return {}
     report = read_json(path)
     hexes, spline = report.get("hex", {}), report.get("spline", {})
-    row = {name: hexes.get(name) for name in ("hexes", "min_scaled_jacobian")}
-    row["mean_scaled_jacobian"] = hexes.get("mean_scaled_jacobian")
+    names = ("hexes", "min_scaled_jacobian", "mean_scaled_jacobian")
+    row = {name: hexes.get(name) for name in names}
     for name in ("mesh_to_surface_p99", "surface_to_mesh_p99"):
         row[f"{name}_percent"] = 100 * hexes[name] if name in hexes else None
     row |= {"functions": spline.get("functions"), "min_scaled_detj": spline.get("min_scaled_detj")}

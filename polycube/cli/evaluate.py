@@ -4,7 +4,6 @@ Exit codes: 0, or 2 for an invalid option.
 """
 
 import csv
-import glob
 import json
 import logging
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
-from polycube.cli.command import OTHER_FOLDER, command
+from polycube.cli.command import OTHER_FOLDER, command, files_of
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
 from polycube.diffusion.training.data_module import JUDGED
@@ -36,39 +35,22 @@ RESULT = "evaluation.json"
 Row = dict[str, Any]
 GRIDLESS: Json = {"grid": (1, 1, 1), "primitives": {}}  # for a plugin that uses neither
 
-TABLE = {  # heading: column of `diffusion.evaluation`, and its format
-    "error": ("error", "{:.3f}"),
-    "p95": ("error_p95", "{:.3f}"),
-    "one step": ("error_one_step", "{:.3f}"),
-    "off polycube": ("off_polycube", "{:.3f}"),
-    "patch": ("labelled_patch", "{:.1%}"),
-    "cell": ("labelled_cell", "{:.1%}"),
-    "wall": ("labelled_wall", "{:.1%}"),
-    "nearest: patch": ("patch", "{:.1%}"),
-    "cell ": ("cell", "{:.1%}"),
-    "wall ": ("wall", "{:.1%}"),
-    "context top-1": ("context_top1", "{:.1%}"),
-    "top-3": ("context_top3", "{:.1%}"),
-    "any genus": ("context_top1_any_genus", "{:.1%}"),
-    "turned top-1": ("turned_top1", "{:.1%}"),
-    "top-3 ": ("turned_top3", "{:.1%}"),
-    "s": ("seconds", "{:.3g}"),
-    "1/s": ("samples_per_second", "{:.3g}"),
-}
+# heading: column of `diffusion.evaluation`
+TABLE = {"error": "error", "p95": "error_p95", "one step": "error_one_step"}
+TABLE |= {"off polycube": "off_polycube", "patch": "labelled_patch", "cell": "labelled_cell"}
+TABLE |= {"wall": "labelled_wall", "nearest: patch": "patch", "cell ": "cell", "wall ": "wall"}
+TABLE |= {"context top-1": "context_top1", "top-3": "context_top3"}
+TABLE |= {"any genus": "context_top1_any_genus", "turned top-1": "turned_top1"}
+TABLE |= {"top-3 ": "turned_top3", "s": "seconds", "1/s": "samples_per_second"}
+FORMATS = {"error": "{:.3f}", "off": "{:.3f}", "seconds": "{:.3g}", "samples": "{:.3g}"}
+SHARE = "{:.1%}"  # format of the other columns
 # beside every network of a grid: what needs none, given the context
 BASELINES = ("untouched", "box", "normals", "centre")
-WITHOUT_GRID = {  # the same for arbitrary structures; additional columns if there are any
-    "axis": ("labelled_axis", "{:.1%}"),
-    "knot": ("labelled_knot", "{:.1%}"),
-    "nearest: axis": ("nearest_axis", "{:.1%}"),
-    "lattice": ("lattice_1", "{:.1%}"),
-    "best of 4": ("lattice_4", "{:.1%}"),
-    "best of 16": ("lattice_16", "{:.1%}"),
-    "volume": ("volume_1", "{:.1%}"),
-    "best of 16 ": ("volume_16", "{:.1%}"),
-    "genus": ("genus", "{:.1%}"),
-    "any ": ("genus_any", "{:.1%}"),
-}
+# the same for arbitrary structures; additional columns if there are any
+WITHOUT_GRID = {"axis": "labelled_axis", "knot": "labelled_knot", "nearest: axis": "nearest_axis"}
+WITHOUT_GRID |= {"lattice": "lattice_1", "best of 4": "lattice_4", "best of 16": "lattice_16"}
+WITHOUT_GRID |= {"volume": "volume_1", "best of 16 ": "volume_16"}
+WITHOUT_GRID |= {"genus": "genus", "any ": "genus_any"}
 
 
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
@@ -80,19 +62,14 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
-    parts = _files(cfg["parts"])
+    parts = files_of(cfg["parts"])
     rows: list[Row] = []
     for path, denoiser in denoisers.items():
-        row = {
-            "path": path,
-            **_measured(denoiser, cfg),
-            "parts": _parts(path, denoiser, parts, cfg),
-        }
-        rows.append(row)
-        curves = TensorBoardLogger(
-            folder, name="tensorboard", version=_short(path).replace("/", "_")
-        )
-        curves.log_metrics(row["columns"], step=0)
+        rows.append({"path": path, **_measured(denoiser, cfg)})
+        rows[-1]["parts"] = _parts(path, denoiser, parts, cfg)
+        version = _short(path).replace("/", "_")
+        curves = TensorBoardLogger(folder, name="tensorboard", version=version)
+        curves.log_metrics(rows[-1]["columns"], step=0)
         curves.finalize("success")
     settings = {name: cfg[name] for name in ("pairs", "seed", "sampler", "data")}
     found = {**settings, "version": __version__, "weights": rows}
@@ -111,10 +88,10 @@ def table(rows: Sequence[Row]) -> str:
     for row in rows:
         columns = row["columns"]
         lines.append([_short(row["path"])])
-        lines[-1] += [_cell(columns, c, f) for c, f in heads.values()]
+        lines[-1] += [_cell(columns, name) for name in heads.values()]
         for name in BASELINES:
             own = {"error": f"error_{name}", "patch": f"patch_{name}"}
-            cells = [_cell(columns, own.get(c, ""), f) for c, f in heads.values()]
+            cells = [_cell(columns, own.get(column, "")) for column in heads.values()]
             if any(cells):
                 lines.append([f"{_short(row['path'])}: {name}", *cells])
     for row in rows:
@@ -125,10 +102,11 @@ def table(rows: Sequence[Row]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
 
 
-def _cell(columns: Row, name: str, form: str) -> str:
+def _cell(columns: Row, name: str) -> str:
     """A column with its confidence interval, if it has one; empty if it is missing."""
     if name not in columns:
         return ""
+    form = FORMATS.get(name.partition("_")[0], SHARE)
     half = columns.get(f"{name}_interval")
     return form.format(columns[name]) + ("" if half is None else f" ± {form.format(half)}")
 
@@ -140,14 +118,12 @@ def main() -> None:
 
 def _measured(denoiser: Denoiser, cfg: Json) -> Row:
     """Columns of held-out pairs for the grid of the denoiser, of all and of each kind of pair."""
-    primitives = voxels(denoiser.condition.cells)
+    primitives, number = voxels(denoiser.condition.cells), cfg["pairs"]
     data, sampler = registry.build("data", cfg["data"]), registry.build("sampler", cfg["sampler"])
     pairs = data(denoiser.condition.grid, primitives, cfg["seed"] + JUDGED)
+    how = sampler, cfg["batch_size"], cfg["seed"]
     if not denoiser.condition.grid:
-        columns = evaluate_any(
-            denoiser, pairs, cfg["pairs"], sampler, cfg["batch_size"], cfg["seed"]
-        )
-        found = summary(columns)
+        found = summary(evaluate_any(denoiser, pairs, number, *how))
         if cfg["lattices"]:
             drawn = registry.build("structure", cfg["drawn"], **GRIDLESS)
             draw = partial(drawn.polycubes, denoiser)
@@ -155,20 +131,13 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
             found |= summary(lattices)
         return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as in the training
-    made, columns = evaluate(
-        denoiser, pairs, cfg["pairs"], primitives, sampler, cfg["batch_size"], cfg["seed"]
-    )
+    made, columns = evaluate(denoiser, pairs, number, primitives, *how)
+    contexts, tilts = by_context(made, columns).items(), by_tilt(made, columns).items()
     return {
         "threads": threads(),
         "columns": summary(columns),
-        "contexts": [
-            {"context": list(context), **numbers}
-            for context, numbers in by_context(made, columns).items()
-        ],
-        "tilts": [
-            {"from": low, "to": high, **numbers}
-            for (low, high), numbers in by_tilt(made, columns).items()
-        ],
+        "contexts": [{"context": list(context), **numbers} for context, numbers in contexts],
+        "tilts": [{"from": low, "to": high, **numbers} for (low, high), numbers in tilts],
     }
 
 
@@ -176,9 +145,8 @@ def _slabs(given: Any) -> tuple[int, int]:
     """Smallest and largest number of slabs along an axis; raises InputError for anything else."""
     numbers = given if isinstance(given, list) and len(given) == 2 else [0, 0]
     if not all(isinstance(n, int) for n in numbers) or not 1 <= numbers[0] <= numbers[1]:
-        raise InputError(
-            f"slabs must be the smallest and the largest number, such as [2, 5]; got {given!r}"
-        )
+        what = f"slabs must be the smallest and the largest number, such as [2, 5]; got {given!r}"
+        raise InputError(what)
     return numbers[0], numbers[1]
 
 
@@ -221,20 +189,8 @@ def _hint(file: Path) -> str:
     return hints.get(file.name, "")
 
 
-def _files(patterns: Sequence[str]) -> list[Path]:
-    """Files of the patterns; raises InputError for a pattern without files."""
-    found: list[Path] = []
-    for pattern in patterns:
-        files = sorted(glob.glob(str(pattern)))
-        if not files:
-            raise InputError(f"parts: no file {pattern}")
-        found += map(Path, files)
-    return found
-
-
 def _short(path: str) -> str:
     """Distinguishing part of the path of weights, for tables."""
-    parts = [
-        p for p in Path(path).with_suffix("").parts if p not in ("weights", "checkpoints", "/")
-    ]
+    common = ("weights", "checkpoints", "/")
+    parts = [part for part in Path(path).with_suffix("").parts if part not in common]
     return "/".join(parts[-2:]) or path

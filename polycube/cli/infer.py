@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from hydra.core.hydra_config import HydraConfig
@@ -85,9 +86,8 @@ def check(cfg: Json) -> tuple[int, str]:
 
     option = cfg["preflight"]
     if not isinstance(option, bool) and not str(option).lower().endswith(".vtp"):
-        raise InputError(
-            f"preflight must be true, false or the name of a .vtp file; got {option!r}"
-        )
+        choices = "true, false or the name of a .vtp file"
+        raise InputError(f"preflight must be {choices}; got {option!r}")
     if cfg["hex"]:
         raise InputError("preflight checks the surface of mesh=, it cannot be combined with hex=")
     settings = replace(Settings.of(cfg), resume=None)
@@ -128,9 +128,8 @@ def _command(cfg: DictConfig) -> int:
     try:
         has_mesh = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
         if not has_mesh and not cfg.resume and not cfg.hex:
-            raise InputError(
-                "no part given: run infer.py part.step, or infer.py example:rod to try it"
-            )
+            what = "no part given: run infer.py part.step, or infer.py example:rod to try it"
+            raise InputError(what)
         is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
         if cluster.is_used(cfg.dask) and not is_many and not solids.is_requested(cfg):
             what = "dask is for several parts, such as mesh=folder or cad.solid=all"
@@ -145,10 +144,6 @@ def _command(cfg: DictConfig) -> int:
     if sentence:
         sys.stderr.write(f"error: {printable(sentence)}\n")
     return code
-
-
-def _silently(cfg: Json, placed: solids.Placed | None = None) -> tuple[int, str]:
-    return _attempt(cfg, logging.CRITICAL, placed=placed)
 
 
 def _attempt(
@@ -178,6 +173,9 @@ def _attempt(
     if not report["valid"]:
         return 3, f"{report['failure']}; the files are marked as {_fault(report)}"
     return 0, ""
+
+
+_silently = partial(_attempt, level=logging.CRITICAL)
 
 
 def _log_results(report: Json, folder: Path, cfg: Json) -> None:

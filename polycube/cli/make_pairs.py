@@ -7,7 +7,6 @@ interrupted.
 """
 
 import csv
-import glob
 import json
 import logging
 import sys
@@ -19,11 +18,10 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from polycube.cli.command import command
+from polycube.cli.command import command, files_of
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.terminal import logging_to
 from polycube.config import compose
-from polycube.diffusion.pairs.any_structure import Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.pairs.meshed_parts import meshed_part, tilted
 from polycube.diffusion.pairs.part_files import SUFFIX, write_part
@@ -35,7 +33,7 @@ from polycube.pipeline.settings import Settings
 from polycube.search.structures import choose
 from polycube.state import RunState
 from polycube.structure.lattice import collapse
-from polycube.types import Json, Ranked
+from polycube.types import Json
 
 TABLE = "summary.csv"
 COLUMNS = ("part", "result", "says", "genus", "slabs", "tilted_percent", "seconds", "path")
@@ -92,19 +90,14 @@ def _row(path: Path, cfg: Json, folder: Path, interrupt: Event) -> Row:
         part = meshed_part(state.hexes, state.polycube)
         with manifest.writing(folder) as scratch:
             write_part(scratch / f"{path.stem}{SUFFIX}", part)
-        row |= {"result": MADE, **_numbers(part)}
+        row |= {"result": MADE, "genus": part.genus}
+        row["slabs"] = "x".join(map(str, part.polycube.occupancy.shape))
+        row["tilted_percent"] = round(100 * tilted(part), 2)
     except Exception as error:  # an error in the program must not end the other parts
         is_expected = isinstance(error, InputError | MeshingError | ValueError)
-        row["says"] = " ".join(
-            f"{'' if is_expected else f'{type(error).__name__}: '}{error}".split()
-        )
+        kind = "" if is_expected else f"{type(error).__name__}: "
+        row["says"] = " ".join(f"{kind}{error}".split())
     return row | {"seconds": round(time.perf_counter() - began, 1)}
-
-
-def _numbers(part: Part) -> Row:
-    slabs = "x".join(map(str, part.polycube.occupancy.shape))
-    share = round(100 * tilted(part), 2)
-    return {"genus": part.genus, "slabs": slabs, "tilted_percent": share}
 
 
 def _line(row: Row) -> str:
@@ -128,12 +121,7 @@ def _files(patterns: object) -> list[Path]:
     """Files of the patterns; raises InputError if there are none, or two with the same name."""
     if not isinstance(patterns, list) or not patterns:
         raise InputError("no parts given", "parts", 'use "parts=[cad/*.step,scans/*.stl]"')
-    found: list[Path] = []
-    for pattern in patterns:
-        files = sorted(glob.glob(str(pattern), recursive=True))
-        if not files:
-            raise InputError(f"there is no file {pattern}", "parts")
-        found += map(Path, files)
+    found = files_of(patterns)
     name, count = Counter(path.stem for path in found).most_common(1)[0]
     if count > 1:
         raise InputError(f"{count} parts have the name {name}", "parts", "rename them")
@@ -158,7 +146,11 @@ def mesh_coarsely(path: str, cfg: Json, interrupt: Event | None = None) -> RunSt
     settings = replace(_settings(cfg), mesh=path)
     run = Run(settings, read_part, interrupt)
     state = run.begin()
-    ranked = [entry for entry in state.ranked if _is_coarse(entry)]
+    ranked = [
+        entry
+        for entry in state.ranked
+        if max(collapse(entry.candidate.polycube).occupancy.shape) <= MOST_SLABS
+    ]
     if not ranked:
         raise InputError(
             f"all structures found have more than {MOST_SLABS} slabs along an axis, which is more "
@@ -180,7 +172,3 @@ def check_settings(cfg: Json) -> None:
 def _settings(cfg: Json) -> Settings:
     options = [f"{NAMES[name]}={json.dumps(cfg[name])}" for name in NAMES]
     return Settings.of(compose("infer", [*COARSE, *options]))
-
-
-def _is_coarse(entry: Ranked) -> bool:
-    return max(collapse(entry.candidate.polycube).occupancy.shape) <= MOST_SLABS

@@ -14,13 +14,9 @@ from rich.text import Text
 
 # quartiles of the elapsed share of the total time, at the first start of a stage and at the n-th
 # start of meshing/optimize: 134 runs to the mesh, times the share of the mesh in 12 complete runs
-SHARES = {
-    "ranking": (0.08, 0.21, 0.32),
-    "meshing/refine": (0.43, 0.49, 0.54),
-    "spline": (0.45, 0.50, 0.55),
-    "analysis": (0.49, 0.54, 0.63),
-    "report": (0.54, 0.59, 0.68),
-}
+SHARES = {"ranking": (0.08, 0.21, 0.32), "meshing/refine": (0.43, 0.49, 0.54)}
+SHARES |= {"spline": (0.45, 0.50, 0.55), "analysis": (0.49, 0.54, 0.63)}
+SHARES |= {"report": (0.54, 0.59, 0.68)}
 OPTIMIZE = {1: (0.11, 0.27, 0.42), 2: (0.12, 0.23, 0.39), 3: (0.15, 0.21, 0.32)}
 OPTIMIZE |= {6: (0.21, 0.28, 0.37), 9: (0.27, 0.34, 0.43), 15: (0.29, 0.36, 0.43)}
 
@@ -64,7 +60,9 @@ class ProgressLine:
         self._progress.start()  # only once
         self._is_whole |= stage.startswith("structure/")
         self._optimized += stage == "meshing/optimize"
-        shares = self._shares(stage)
+        shares = SHARES.get(stage)
+        if stage == "meshing/optimize":
+            shares = OPTIMIZE[max(n for n in OPTIMIZE if n <= self._optimized)]
         elapsed = self._progress.tasks[0].elapsed
         if self._is_whole and shares and elapsed:
             low, middle, high = shares
@@ -72,11 +70,6 @@ class ProgressLine:
             self._progress.update(
                 self._task, total=1, completed=done, least=elapsed / high, most=elapsed / low
             )
-
-    def _shares(self, stage: str) -> tuple[float, float, float] | None:
-        if stage == "meshing/optimize":
-            return OPTIMIZE[max(n for n in OPTIMIZE if n <= self._optimized)]
-        return SHARES.get(stage)
 
     def show_best(self, scaled_jacobian: float) -> None:
         """Show the scaled Jacobian of the best mesh so far."""

@@ -56,10 +56,8 @@ def _settings(folder: Path) -> dict[Path, str]:
     """Settings of each training folder that differ between trainings."""
     files = {path.parent.parent: path for path in sorted(folder.glob("*/.hydra/overrides.yaml"))}
     chosen = {run: yaml.safe_load(path.read_text()) for run, path in files.items()}
-    return {
-        run: ", ".join(s for s in own if not all(s in other for other in chosen.values()))
-        for run, own in chosen.items()
-    }
+    common = set.intersection(*map(set, chosen.values())) if chosen else set()
+    return {run: ", ".join(s for s in own if s not in common) for run, own in chosen.items()}
 
 
 def _table(rows: list[dict[str, object]]) -> str:

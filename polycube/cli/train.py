@@ -17,21 +17,14 @@ from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube.cli.command import OTHER_FOLDER, command
+from polycube.diffusion import weights
 from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training import pictures
 from polycube.diffusion.training.data_module import PairData
 from polycube.diffusion.training.learning import AtomicCheckpoints, Learning, moving_average
 from polycube.diffusion.training.module import DDPMPolycube
 from polycube.diffusion.training.pictures import Pictures
-from polycube.diffusion.weights import (
-    Recipe,
-    begin_from,
-    config_of,
-    epochs_of,
-    load_denoiser,
-    make_denoiser,
-    save_denoiser,
-)
+from polycube.diffusion.weights import Recipe
 from polycube.errors import InputError, brief
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
@@ -59,9 +52,9 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     grid = cfg["grid"]["shape"]
     primitives = _checked(voxels, cfg["primitives"]["use"]) if grid else {}
     config = _denoiser_config(cfg, pads=data.pads)
-    denoiser = _checked(make_denoiser, config, build)
+    denoiser = _checked(weights.make_denoiser, config, build)
     if cfg["begin_from"]:
-        taken = begin_from(denoiser, load_denoiser(build, cfg["begin_from"]))
+        taken = weights.begin_from(denoiser, weights.load_denoiser(build, cfg["begin_from"]))
         total = len(denoiser.state_dict())
         logger.info("%d of %d tensors are copied from %s", taken, total, cfg["begin_from"])
     learning = _learning(cfg)
@@ -82,7 +75,7 @@ def train(cfg: Json, folder: Path) -> dict[str, float]:
     images = PairData(pairs, others, denoiser.condition, cfg["seed"], numbers, **loading)
     checkpoint = _checkpoint(cfg["ckpt"], config, folder)
     most = cfg["trainer"].get("max_epochs") or 0  # 0 and -1: no limit of epochs
-    if checkpoint and 0 < most <= epochs_of(checkpoint):
+    if checkpoint and 0 < most <= weights.epochs_of(checkpoint):
         logger.info("%s is the end of its training: it is measured and exported", checkpoint)
         cfg = {**cfg, "fit": False}
     trainer = _trainer(cfg, folder)
@@ -116,7 +109,7 @@ def _write(
         trainer.logger.experiment.flush()
     with manifest.writing(folder, OTHER_FOLDER) as scratch:
         pictures.draw({"sampled": pictures.curves(folder)}, scratch / "loss.png")
-        save_denoiser(module.denoiser, config, metrics, scratch / "weights")
+        weights.save_denoiser(module.denoiser, config, metrics, scratch / "weights")
     path = folder / WEIGHTS[0]
     logger.info("error %.3f; weights in %s", metrics.get("error", float("nan")), path)
 
@@ -176,11 +169,9 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
     callbacks, plugins = (_instances(given.pop(name, None)) for name in ("callbacks", "plugins"))
     if "logger" not in given:
         given["logger"] = _instance(cfg["logger"], save_dir=str(folder))
-    trainer = _instance(
-        given,
-        callbacks=[best, last, Pictures(), *_instances(cfg["callbacks"]), *callbacks],
-        plugins=[AtomicCheckpoints(folder), *plugins],
-    )
+    callbacks = [best, last, Pictures(), *_instances(cfg["callbacks"]), *callbacks]
+    plugins = [AtomicCheckpoints(folder), *plugins]
+    trainer = _instance(given, callbacks=callbacks, plugins=plugins)
     if cfg["fit"] and cfg["ema"]:
         average = _checked(moving_average, cfg["ema"])
         device = trainer.strategy.root_device  # device of the weights
@@ -220,15 +211,14 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
     if ckpt != "last":
         path = Path(ckpt)
     else:
-        found = sorted(
-            folder.parent.glob("*/checkpoints/last.ckpt"), key=lambda p: p.stat().st_mtime
-        )
-        if not found:
+        found = folder.parent.glob("*/checkpoints/last.ckpt")
+        newest = max(found, key=lambda path: path.stat().st_mtime, default=None)
+        if newest is None:
             raise InputError(f"ckpt=last: no run under {folder.parent} has checkpoints/last.ckpt")
-        path = found[-1]
+        path = newest
     if not path.is_file():
         raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
-    if others := changed_settings(config, config_of(path), config):
+    if others := changed_settings(config, weights.config_of(path), config):
         raise InputError(
             f"ckpt: {path} belongs to another training: {'; '.join(others)}; use the "
             "same settings, or only its weights, with begin_from="

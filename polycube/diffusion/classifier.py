@@ -9,7 +9,7 @@ orientation. Contexts of equal shape cannot be distinguished; the canonical one 
 import torch
 from torch import Tensor, nn
 
-from polycube.diffusion.point_network import PointFeatures
+from polycube.diffusion.point_network import PointFeatures, perceptron
 
 
 class ContextClassifier(nn.Module):
@@ -30,11 +30,7 @@ class ContextClassifier(nn.Module):
         super().__init__()
         self.channels, self.shape = channels, (n_cells, n_primitives + 1)
         self.features = PointFeatures(channels, 1, width, blocks, slots)
-        self.leave = nn.Sequential(
-            nn.Linear(2 * width, 2 * width),
-            nn.GELU(),
-            nn.Linear(2 * width, n_cells * (n_primitives + 1) + 1),
-        )
+        self.leave = perceptron(2 * width, 2 * width, n_cells * (n_primitives + 1) + 1)
 
     def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
         """Logits of the cells, and of the alignment of the geometry with the grid."""

@@ -11,13 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from polycube.diffusion.encoding import (
-    box_of,
-    context_length,
-    context_vector,
-    image_size,
-    pixels_of,
-)
+from polycube.diffusion.encoding import box_of, image_size, pixels_of
 from polycube.diffusion.pairs.any_structure import LatticePair
 from polycube.diffusion.pairs.lattices import MOST_HANDLES, MOST_SLABS
 from polycube.diffusion.pairs.pairs import Pair
@@ -75,7 +69,7 @@ class GridContexts(Condition):
         n_cells = int(np.prod(grid))
         self.grid, self.cells = tuple(grid), tuple(primitives)
         self.primitives = tuple(map(primitive_name, primitives))
-        self.length = context_length(len(self.primitives), n_cells)
+        self.length = 4 * (len(primitives) * n_cells - 1) + 1
         self.labels = {"axis": AXES, "cell": n_cells, "wall": 2}
         self.image, self.origin = image_size(grid), np.array(grid) / 2
 
@@ -84,8 +78,22 @@ class GridContexts(Condition):
         return pair.context
 
     def vector(self, value: Sequence[str | None]) -> np.ndarray:
-        """The context vector; raises LookupError for a primitive outside the training set."""
-        return context_vector(value, self.primitives, int(np.prod(self.grid)))
+        """1 at 4 (n_cells p + cell) for primitive p of each cell; 29 numbers for the paper's grid.
+
+        Raises LookupError for a primitive outside the training set.
+        """
+        unknown = [name for name in value if name is not None and name not in self.primitives]
+        if unknown:
+            known = ", ".join(self.primitives)
+            raise LookupError(f"no primitive named {unknown[0]!r}; have {known}")
+        n_cells = int(np.prod(self.grid))
+        if len(value) != n_cells:
+            raise ValueError(f"context must name {n_cells} cells; got {tuple(value)}")
+        vector = np.zeros(self.length, np.float32)
+        for cell, name in enumerate(value):
+            if name is not None:
+                vector[4 * (n_cells * self.primitives.index(name) + cell)] = 1
+        return vector
 
     def pixels(self, value: Sequence[str | None], pads: bool) -> np.ndarray:
         """512 points for each cell."""

@@ -55,9 +55,8 @@ class DenoiserOptions:
 
     def __post_init__(self) -> None:
         if self.target not in TARGETS:
-            raise ValueError(
-                f"denoiser.target must be one of {', '.join(TARGETS)}; got {self.target}"
-            )
+            what = f"denoiser.target must be one of {', '.join(TARGETS)}; got {self.target}"
+            raise ValueError(what)
 
 
 @dataclass(frozen=True, eq=False)

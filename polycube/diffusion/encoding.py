@@ -60,32 +60,6 @@ def image_size(grid: Sequence[int]) -> tuple[int, int]:
     return height, pixels // height
 
 
-def context_vector(
-    context: Sequence[str | None], primitives: Sequence[str], n_cells: int
-) -> np.ndarray:
-    """(4 (K - 1) + 1,) float32 for K = primitives x cells: 1 at 4 (n_cells p + cell) for each.
-
-    context : primitive of each cell, None for an empty one
-    primitives : the names, in the order p
-    """
-    primitives = list(primitives)
-    unknown = [name for name in context if name is not None and name not in primitives]
-    if unknown:
-        raise LookupError(f"no primitive named {unknown[0]!r}; have {', '.join(primitives)}")
-    if len(context) != n_cells:
-        raise ValueError(f"context must name {n_cells} cells; got {tuple(context)}")
-    vector = np.zeros(context_length(len(primitives), n_cells), np.float32)
-    for cell, name in enumerate(context):
-        if name is not None:
-            vector[4 * (n_cells * primitives.index(name) + cell)] = 1
-    return vector
-
-
-def context_length(n_primitives: int, n_cells: int) -> int:
-    """Length of the context vector: 29 for four primitives on two cells."""
-    return 4 * (n_primitives * n_cells - 1) + 1
-
-
 def by_x(geometry: np.ndarray, pixels: np.ndarray | None = None) -> np.ndarray:
     """(..., N) pixel of each point (..., N, 3): pixels (..., N) in the order of x, stable.
 

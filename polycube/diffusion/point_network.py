@@ -13,6 +13,11 @@ from torch import Tensor, nn
 INPUTS = 9  # numbers of a neighbour: its position, its normal, and that of the point
 
 
+def perceptron(inputs: int, hidden: int, outputs: int) -> nn.Sequential:
+    """Linear, GELU, linear."""
+    return nn.Sequential(nn.Linear(inputs, hidden), nn.GELU(), nn.Linear(hidden, outputs))
+
+
 class Slots(nn.Module):
     """Soft assignment of points to slots, which collect, exchange and return features."""
 
@@ -20,9 +25,7 @@ class Slots(nn.Module):
         super().__init__()
         self.assign = nn.Linear(width, slots)
         self.mix = nn.Linear(slots, slots)
-        self.perceptron = nn.Sequential(
-            nn.LayerNorm(width), nn.Linear(width, 2 * width), nn.GELU(), nn.Linear(2 * width, width)
-        )
+        self.perceptron = nn.Sequential(nn.LayerNorm(width), *perceptron(width, 2 * width, width))
 
     def forward(self, x: Tensor, given: Tensor) -> Tensor:
         """Features returned to points x (B, N, width); given (B, width) is added to each slot."""
@@ -39,12 +42,8 @@ class SharedBlock(nn.Module):
         super().__init__()
         self.norm = nn.LayerNorm(width)
         self.slots = Slots(width, slots)
-        self.steer = nn.Sequential(
-            nn.Linear(3 * width, width), nn.GELU(), nn.Linear(width, 2 * width)
-        )
-        self.perceptron = nn.Sequential(
-            nn.Linear(width, 2 * width), nn.GELU(), nn.Linear(2 * width, width)
-        )
+        self.steer = perceptron(3 * width, width, 2 * width)
+        self.perceptron = perceptron(width, 2 * width, width)
 
     def forward(self, x: Tensor, given: Tensor) -> Tensor:
         """x (B, N, width), and given (B, width), the common information of all points."""
@@ -75,7 +74,7 @@ class PointFeatures(nn.Module):
         waves = 2.0 ** torch.arange(4) * torch.pi / 2
         self.register_buffer("waves", waves, persistent=False)
         self.enter = nn.Linear(channels + 6 * len(waves), width)
-        self.given = nn.Sequential(nn.Linear(given, width), nn.GELU(), nn.Linear(width, width))
+        self.given = perceptron(given, width, width)
         self.blocks = nn.ModuleList(SharedBlock(width, slots) for _ in range(blocks))
 
     def embedded(self, x: Tensor) -> Tensor:
@@ -126,9 +125,7 @@ class Neighbourhood(nn.Module):
     def __init__(self, width: int, neighbours: int) -> None:
         super().__init__()
         self.neighbours = neighbours
-        self.look = nn.Sequential(
-            nn.Linear(INPUTS, width // 2), nn.GELU(), nn.Linear(width // 2, width // 2)
-        )
+        self.look = perceptron(INPUTS, width // 2, width // 2)
         self.leave = nn.Linear(width // 2, width)
 
     def forward(self, points: Tensor, normals: Tensor) -> Tensor:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import pad, scaled_dot_product_attention
 
-from polycube.diffusion.point_network import PointFeatures
+from polycube.diffusion.point_network import PointFeatures, perceptron
 
 LONGEST, SHORTEST = torch.pi / 2, 8 * torch.pi  # wave numbers of positions in [-1, 1]
 
@@ -51,9 +51,7 @@ class AttentionBlock(nn.Module):
         self.norms = nn.ModuleList([nn.LayerNorm(width), nn.LayerNorm(width)])
         self.steer = nn.Linear(width, 4 * width)
         self.attention = Attention(width, heads)
-        self.perceptron = nn.Sequential(
-            nn.Linear(width, 2 * width), nn.GELU(), nn.Linear(2 * width, width)
-        )
+        self.perceptron = perceptron(width, 2 * width, width)
 
     def forward(self, x: Tensor, given: Tensor, turn: Tensor) -> Tensor:
         """x (B, N, width), given (B, width), and turn as in `Attention`."""

@@ -72,12 +72,9 @@ def make_denoiser(config: Recipe, build: Build) -> Denoiser:
     order = options.pop("order", "x")  # written by earlier versions
     if order != "x":
         raise InputError(f"points ordered by {order} are no longer supported, only by x")
-    return Denoiser(
-        build("model", config["model"]),
-        build("schedule", config["schedule"])(),
-        condition(config["grid"], config["primitives"]),
-        DenoiserOptions(**options),
-    )
+    network, alpha_bar = build("model", config["model"]), build("schedule", config["schedule"])()
+    own = condition(config["grid"], config["primitives"])
+    return Denoiser(network, alpha_bar, own, DenoiserOptions(**options))
 
 
 def save_denoiser(
@@ -85,14 +82,11 @@ def save_denoiser(
 ) -> Path:
     """Write the three files, single precision as half; returns the safetensors file."""
     folder.mkdir(parents=True, exist_ok=True)
-    tensors = {
-        name: (tensor.half() if tensor.is_floating_point() else tensor).contiguous().cpu()
-        for name, tensor in denoiser.state_dict().items()
-    }
-    texts = {
-        ".yaml": yaml.safe_dump(dict(config), sort_keys=False),
-        ".json": json.dumps(dict(metrics), indent=1) + "\n",
-    }
+    own = denoiser.state_dict().items()
+    halved = {name: each.half() if each.is_floating_point() else each for name, each in own}
+    tensors = {name: each.contiguous().cpu() for name, each in halved.items()}
+    texts = {".yaml": yaml.safe_dump(dict(config), sort_keys=False)}
+    texts[".json"] = json.dumps(dict(metrics), indent=1) + "\n"
     path = folder / "weights.safetensors"
     with atomic_write(path) as temporary:
         temporary.write_bytes(save(tensors))
@@ -117,7 +111,11 @@ def load_denoiser(
         if not needed.is_file():
             raise InputError(f"no weights at {needed}; train.py writes them")
     try:
-        config, tensors = _read_checkpoint(path) if path.suffix == ".ckpt" else _read(path)
+        if path.suffix == ".ckpt":
+            config, tensors = _read_checkpoint(path)
+        else:
+            config = yaml.safe_load(path.with_suffix(".yaml").read_text())
+            tensors = load_file(path)
         with torch.device("meta"):  # without memory
             empty = make_denoiser(config, build).state_dict()
         wanted, found = ({n: t.shape for n, t in own.items()} for own in (empty, tensors))
@@ -135,11 +133,8 @@ def load_denoiser(
 def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
     """Copy the tensors of a trained denoiser with equal names and shapes; returns their number."""
     own = denoiser.state_dict()
-    same = {
-        name: tensor
-        for name, tensor in trained.state_dict().items()
-        if name in own and own[name].shape == tensor.shape
-    }
+    taken = {name: each for name, each in trained.state_dict().items() if name in own}
+    same = {name: each for name, each in taken.items() if own[name].shape == each.shape}
     denoiser.load_state_dict(same, strict=False)
     return len(same)
 
@@ -163,10 +158,6 @@ def _unfit(path: Path, error: Exception) -> InputError:
     if isinstance(error, UnpicklingError):
         reason = "it is damaged, or holds objects that could run code, which are never loaded"
     return InputError(f"{path} does not contain the network of its config: {reason}")
-
-
-def _read(path: Path) -> tuple[Recipe, dict[str, Tensor]]:
-    return yaml.safe_load(path.with_suffix(".yaml").read_text()), load_file(path)
 
 
 def _read_checkpoint(path: Path) -> tuple[Recipe, dict[str, Tensor]]:

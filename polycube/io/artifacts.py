@@ -9,6 +9,7 @@ bytes together, then all second bytes etc., because signs and exponents compress
 import dataclasses
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -56,20 +57,16 @@ def _pack(value: object, name: str, arrays: dict[str, np.ndarray]) -> object:
         return {"array": name}
     if isinstance(value, csr_matrix):
         parts = (value.data, value.indices, value.indptr)
-        return {
-            "csr": [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)],
-            "shape": list(value.shape),
-        }
+        packed = [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)]
+        return {"csr": packed, "shape": list(value.shape)}
     if dataclasses.is_dataclass(value):
-        fields = {
-            f.name: _pack(getattr(value, f.name), f"{name}.{f.name}", arrays)
-            for f in dataclasses.fields(value)
-        }
+        names = [each.name for each in dataclasses.fields(value)]
+        fields = {n: _pack(getattr(value, n), f"{name}.{n}", arrays) for n in names}
         return {"class": type(value).__name__, "fields": fields}
-    if isinstance(value, list | tuple) and all(type(item) in PLAIN for item in value):
-        return {"tuple" if isinstance(value, tuple) else "list": list(value)}
     if isinstance(value, list | tuple):
-        items = [_pack(item, f"{name}.{i}", arrays) for i, item in enumerate(value)]
+        items = list(value)
+        if not all(type(item) in PLAIN for item in value):
+            items = [_pack(item, f"{name}.{i}", arrays) for i, item in enumerate(value)]
         return {"tuple" if isinstance(value, tuple) else "list": items}
     if isinstance(value, dict):
         return {"dict": {k: _pack(v, f"{name}.{k}", arrays) for k, v in value.items()}}
@@ -95,8 +92,11 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
         matrix.check_format(full_check=True)
         return matrix
     if "class" in tree:
-        fields = {k: _unpack(v, arrays) for k, v in tree["fields"].items()}
-        value = _class(tree["class"])(**fields)
+        name = tree["class"]
+        cls: Any = getattr(types, name, None)
+        if not (isinstance(cls, type) and dataclasses.is_dataclass(cls)):
+            raise ValueError(f"artifact contains a {name}, which polycube.types does not define")
+        value = cls(**{k: _unpack(v, arrays) for k, v in tree["fields"].items()})
         types.check_values(value)
         return value
     if "tuple" in tree:
@@ -104,9 +104,3 @@ def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
     if "list" in tree:
         return [_unpack(t, arrays) for t in tree["list"]]
     return {k: _unpack(v, arrays) for k, v in tree["dict"].items()}
-
-
-def _class(name: str) -> type:
-    if not dataclasses.is_dataclass(getattr(types, name, None)):
-        raise ValueError(f"artifact contains a {name}, which polycube.types does not define")
-    return getattr(types, name)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.io.atomic import atomic_write
+from polycube.io.atomic import write_parts
 from polycube.types import Spline
 from polycube.types.spline import ElementFunctions
 
@@ -28,12 +28,7 @@ def write_bext(path: Path, spline: Spline) -> Path:
     head = ["B E X T", "type hex", f"nodeN {len(spline.control)}", f"elemN {len(spline.nodes)}"]
     nodes = (f"gnode {x:.17g} {y:.17g} {z:.17g} 1" for x, y, z in spline.control.tolist())
     elements = chain.from_iterable(map(_elements, chunks(spline)))
-    with (
-        atomic_write(path) as temporary,
-        open(temporary, "w", encoding="ascii", newline="\n") as file,
-    ):
-        file.writelines(f"{line}\n" for line in chain(head, nodes, elements))
-    return Path(path)
+    return write_parts(path, (f"{line}\n" for line in chain(head, nodes, elements)))
 
 
 def chunks(spline: Spline) -> Iterator[ElementFunctions]:

@@ -17,13 +17,17 @@ from pathlib import Path
 
 import numpy as np
 
-from polycube.io.atomic import atomic_write
+from polycube.io.atomic import write_parts
 from polycube.io.bext import chunks
 from polycube.types import Spline
 
 
 def write_bext2(path: Path, spline: Spline) -> Path:
     """Write the spline as part 1."""
+    return write_parts(path, _parts(spline))
+
+
+def _parts(spline: Spline) -> Iterator[str]:
     place: dict[bytes, int] = {}  # index of each distinct vector
     counts, functions, numbers = [], [], []
     for chunk in chunks(spline):
@@ -34,28 +38,22 @@ def write_bext2(path: Path, spline: Spline) -> Path:
     count, function, number = map(np.concatenate, (counts, functions, numbers))
     starts = np.cumsum(count) - count
     sizes = np.unique(count)
-    head = [1, len(spline.control), len(count), len(place), 0]
-    with (
-        atomic_write(path) as temporary,
-        open(temporary, "w", encoding="ascii", newline="\n") as file,
-    ):
-        file.write("B E X T 2.0\n")
-        file.writelines(_integers(head))
-        for point in np.column_stack([spline.control, np.ones(len(spline.control))]):
-            file.writelines(_floats(point))
-        file.writelines(_integers([len(sizes)]))
-        for size in sizes:
-            file.writelines(_integers([1, (count == size).sum(), size, size, 3, 3, 3]))
-        for size in sizes:
-            for first in starts[count == size]:
-                own = slice(first, first + size)
-                file.writelines(_integers(function[own] + 1))
-                file.writelines(_integers(number[own] + 1))
-        file.writelines(_integers([1, 0]))
-        file.writelines(_integers([len(place), 64]))
-        for vector in place:
-            file.writelines(_floats(np.frombuffer(vector)))
-    return Path(path)
+    yield "B E X T 2.0\n"
+    yield from _integers([1, len(spline.control), len(count), len(place), 0])
+    for point in np.column_stack([spline.control, np.ones(len(spline.control))]):
+        yield from _floats(point)
+    yield from _integers([len(sizes)])
+    for size in sizes:
+        yield from _integers([1, (count == size).sum(), size, size, 3, 3, 3])
+    for size in sizes:
+        for first in starts[count == size]:
+            own = slice(first, first + size)
+            yield from _integers(function[own] + 1)
+            yield from _integers(number[own] + 1)
+    yield from _integers([1, 0])
+    yield from _integers([len(place), 64])
+    for vector in place:
+        yield from _floats(np.frombuffer(vector))
 
 
 def _integers(values: np.ndarray | list[int]) -> Iterator[str]:

@@ -39,14 +39,9 @@ def write_bezier_vtu(
 
     cell_data : data of the elements, (E,) or (E, n)
     """
-    return write_cells(
-        path,
-        spline.extraction @ spline.control,
-        spline.nodes[:, VTK_ORDER],
-        BEZIER_HEXAHEDRON,
-        {},
-        {"hex": spline.element_hex, **(cell_data or {})},
-    )
+    points, cells = spline.extraction @ spline.control, spline.nodes[:, VTK_ORDER]
+    of_cells = {"hex": spline.element_hex, **(cell_data or {})}
+    return write_cells(path, points, cells, BEZIER_HEXAHEDRON, {}, of_cells)
 
 
 def write_field_vtu(
@@ -112,13 +107,11 @@ def scaled_shapes(spline: Spline, modes: Modes) -> dict[str, np.ndarray]:
     """
     size = 0.1 * np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = modes.units.get("frequency", "")
-    return {
-        f"mode_{k:02d} {frequency:.4g} {unit}".rstrip(): shape
-        * (size / np.linalg.norm(shape, axis=1).max())
-        for k, (frequency, shape) in enumerate(
-            zip(modes.frequency, modes.shapes, strict=True), start=1
-        )
-    }
+    found = {}
+    for k, shape in enumerate(modes.shapes):
+        name = f"mode_{k + 1:02d} {modes.frequency[k]:.4g} {unit}".rstrip()
+        found[name] = shape * (size / np.linalg.norm(shape, axis=1).max())
+    return found
 
 
 def write_modes_csv(path: Path, modes: Modes) -> Path:

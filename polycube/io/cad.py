@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import re
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from io import BytesIO
 from pathlib import Path
 
@@ -60,9 +60,8 @@ class Cad:
             is_integer = isinstance(value, int) and not isinstance(value, bool)
             if not (is_integer and value >= least) and not (name == "solid" and value is None):
                 also = ", or all" if name == "solid" else ""
-                raise InputError(
-                    f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
-                )
+                what = f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
+                raise InputError(what)
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
@@ -166,12 +165,7 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
     first, seconds = None, 0
     for way, share in zip(WAYS, SHARES, strict=True):
-        request = {
-            "solid": options.solid,
-            "segments": options.segments,
-            "groups": options.groups,
-            "way": way,
-        }
+        request = {**asdict(options), "way": way}
         try:
             found = *read_separately("polycube.io.cad_worker", path, request, share * effort), way
         except Late as late:

@@ -71,9 +71,7 @@ def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray
         gmsh.option.setNumber(name, value)
     path = Path(request["path"])
     unit = gmsh_unit(path)
-    if (
-        path.suffix.lower() in IGES
-    ):  # Open CASCADE has a target unit only after it wrote such a file
+    if path.suffix.lower() in IGES:  # Open CASCADE has a target unit only after it wrote a file
         gmsh.model.occ.addPoint(0, 0, 0)
         gmsh.model.occ.synchronize()
         gmsh.write(f"{request['output']}.igs")

@@ -42,11 +42,8 @@ def _found(nodes: np.ndarray, blocks: Blocks) -> Arrays:
     number, first, place = np.unique(nodes[:, 0], return_index=True, return_inverse=True)
     if (nodes[first][place] != nodes).any():
         raise InputError("a node has two places; give a file of one part")
-    found = {
-        "points": nodes[:, 1:],
-        "kind": np.array([kind for kind, _ in blocks], str),
-        "number": np.array([len(own) for _, own in blocks]),
-    }
+    found = {"points": nodes[:, 1:], "kind": np.array([kind for kind, _ in blocks], str)}
+    found["number"] = np.array([len(own) for _, own in blocks])
     for i, (kind, own) in enumerate(blocks):
         if kind in HEXES.values():
             at = np.searchsorted(number, own[:, :8])

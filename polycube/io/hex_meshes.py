@@ -70,9 +70,7 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
         had = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "no cells"
         raise InputError(f"only meshes of hexahedra can be improved; it has {had}")
     curved = sum(number for kind, number in solids.items() if kind != "hexahedron")
-    notes = (
-        [f"only the corners of hexes with more than 8 nodes are read: {curved}"] if curved else []
-    )
+    note = f"only the corners of hexes with more than 8 nodes are read: {curved}"
     points = found["points"]
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InputError("its points do not have three coordinates")
@@ -82,20 +80,15 @@ def _parsed(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
     hexes = np.concatenate(blocks)
     if hexes.dtype.kind not in "iu":
         raise InputError("the corners of its hexahedra are not whole numbers")
-    return points, hexes, _cells(found, len(hexes)), notes
+    cell = np.concatenate([np.zeros(0, np.int64), *_in_blocks(found, "cell")])
+    is_known = len(cell) == len(hexes) and cell.dtype.kind in "iu" and cell.min() >= 0
+    return points, hexes, cell if is_known else np.zeros(len(hexes), int), [note] * bool(curved)
 
 
 def _in_blocks(found: Mapping[str, np.ndarray], name: str) -> list[np.ndarray]:
     """The arrays with a name, of all blocks of cells that have one, in sequence."""
     every = (found.get(f"{name} {i}") for i in range(len(found["kind"])))
     return [array for array in every if array is not None]
-
-
-def _cells(found: Mapping[str, np.ndarray], number: int) -> np.ndarray:
-    """(H,) the array `cell` of files of this program, zeros in other files."""
-    cell = np.concatenate([np.zeros(0, np.int64), *_in_blocks(found, "cell")])
-    known = len(cell) == number and cell.dtype.kind in "iu" and cell.min() >= 0
-    return cell if known else np.zeros(number, np.int64)
 
 
 def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[HexMesh, list[str]]:
@@ -151,9 +144,8 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     plain, by_axes = (_untwisted(vertices, h) for h in (hexes, hexes[:, BY_AXES]))
     if 2 * plain.sum() >= len(hexes) or by_axes.sum() <= plain.sum():
         return hexes, []
-    return hexes[:, BY_AXES], [
-        "renumbered the corners of all hexes: they were in lexicographic order"
-    ]
+    note = "renumbered the corners of all hexes: they were in lexicographic order"
+    return hexes[:, BY_AXES], [note]
 
 
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -196,19 +188,14 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
         raise InputError("the hexes cannot be oriented: they do not form a solid")
     turn = side[:n] != side[0]
     turned = np.where(turn[:, None], hexes[:, MIRRORED], hexes)
-    if _volume(vertices, turned) < 0:
+    corners = triangles(vertices - vertices.mean(axis=0), boundary_quads(turned))
+    if np.linalg.det(corners).sum() < 0:  # six times the volume
         turn = ~turn
         turned = turned[:, MIRRORED]
     if not turn.any():
         return hexes, []
     which = "all hexes: they were mirrored" if turn.all() else f"mirrored hexes: {turn.sum()}"
     return turned, [f"renumbered {which}"]
-
-
-def _volume(vertices: np.ndarray, hexes: np.ndarray) -> float:
-    """Volume inside the boundary, from its triangles; negative if the hexes are mirrored."""
-    corners = triangles(vertices - vertices.mean(axis=0), boundary_quads(hexes))
-    return float(np.linalg.det(corners).sum() / 6)
 
 
 def patches(mesh: HexMesh, angle: float = SHARP) -> np.ndarray:

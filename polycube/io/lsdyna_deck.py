@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from polycube.analysis.problem import material
-from polycube.io.atomic import atomic_write
+from polycube.io.atomic import write_parts
 from polycube.types import Json
 from polycube.units import METRES, resolved
 
@@ -47,15 +47,11 @@ def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -
         *modal_cards(analysis.get("modes", 20), is_lumped),
         "*END",
     ]
-    with atomic_write(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="ascii")
-    return Path(path)
+    return write_parts(path, (f"{line}\n" for line in lines))
 
 
 def modal_cards(modes: int, is_lumped: bool) -> list[str]:
     """The cards of a modal analysis."""
     mass = [] if is_lumped else ["*CONTROL_IMPLICIT_CONSISTENT_MASS", "1"]
-    return [
-        *("*CONTROL_IMPLICIT_GENERAL", "1,1."),
-        *("*CONTROL_IMPLICIT_EIGENVALUE", str(modes), *mass),
-    ]
+    general = ["*CONTROL_IMPLICIT_GENERAL", "1,1."]
+    return [*general, "*CONTROL_IMPLICIT_EIGENVALUE", str(modes), *mass]

@@ -24,15 +24,9 @@ NAME = "polycube-files.json"
 REMEDY = "choose another output_dir, or move the file away"
 
 ROOM = 1 << 20  # free space that is required in a folder, in bytes
-UNWRITABLE = {  # errors of the file system, not of the program
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EROFS,
-    errno.EACCES,
-    errno.EPERM,
-    errno.EIO,
-}
+# errors of the file system, not of the program
+UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM}
+UNWRITABLE |= {errno.EIO}
 
 State = list[object]  # size in bytes, SHA-256
 Entries = dict[str, list[State]]  # two states during a replacement; none: a log

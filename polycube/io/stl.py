@@ -83,6 +83,5 @@ def _ascii(data: bytes) -> np.ndarray:
     try:
         return np.array(vertices, dtype=np.float64).reshape(-1, 3)
     except ValueError as error:
-        raise InputError(
-            f"not an STL file: a coordinate is not a number ({brief(error)})"
-        ) from None
+        what = f"not an STL file: a coordinate is not a number ({brief(error)})"
+        raise InputError(what) from None

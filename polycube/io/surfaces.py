@@ -126,16 +126,11 @@ def _soup(path: Path, points: Points | None) -> tuple[Soup, Reconstruction | Non
     if is_cloud(path):
         surface, made = reconstruct(read_cloud(path), points or Points())
         return Soup(surface.vertices, surface.faces), made
-    return _reader(path)(path), None
-
-
-def _reader(path: Path) -> Callable[[Path], Soup]:
     suffix = path.suffix.lower()
     if suffix not in READERS:
-        raise InputError(
-            f"unknown kind of file {suffix!r}; can read {', '.join(KNOWN)} and example:NAME"
-        )
-    return READERS[suffix]
+        known = ", ".join(KNOWN)
+        raise InputError(f"unknown kind of file {suffix!r}; can read {known} and example:NAME")
+    return READERS[suffix](path), None
 
 
 def _read_glb(path: Path) -> Soup:
@@ -152,12 +147,7 @@ def _read_fbx(path: Path) -> Soup:
     return Soup(found["vertices"], found["faces"])
 
 
-READERS: dict[str, Callable[[Path], Soup]] = {
-    ".stl": read_stl,
-    ".obj": read_obj,
-    ".ply": read_ply,
-    ".off": read_off,
-    ".glb": _read_glb,
-    ".fbx": _read_fbx,
-}
+READERS: dict[str, Callable[[Path], Soup]]
+READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
+READERS |= {".glb": _read_glb, ".fbx": _read_fbx}
 KNOWN = (*dict.fromkeys((*READERS, *clouds.READERS)), *SUFFIXES)  # suffixes of readable files

@@ -59,26 +59,18 @@ def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     boxes = np.argwhere(polycube.occupancy)
     corners = boxes[:, None] + PLACES  # (C, 8, 3) indices of the knots
     used, hexes = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    points = np.stack(
-        [knots[index] for knots, index in zip(polycube.knots, used.T, strict=True)], 1
-    )
-    hexes = hexes.reshape(-1, 8)
+    knots = zip(polycube.knots, used.T, strict=True)
+    points = np.stack([own[index] for own, index in knots], axis=1)
     cell = cell_of_box(polycube)
     names, primitive = numbered_primitives(polycube.context)
-    cell_data = {"cell": cell, "primitive": primitive[cell]}
-    return write_cells(path, points, hexes, HEXAHEDRON, {}, cell_data, _legend(names))
+    arrays = {"cell": cell, "primitive": primitive[cell]}
+    return write_cells(path, points, hexes.reshape(-1, 8), HEXAHEDRON, {}, arrays, _legend(names))
 
 
 def write_labels_vtp(path: Path, surface: TriMesh, labels: Labels) -> Path:
     """Write the input surface with the axis (0..5 = +x -x +y -y +z -z) and patch of each face."""
-    offsets = np.arange(1, len(surface.faces) + 1) * 3
-    sections = {
-        "CellData": {"axis": labels.axis, "patch": labels.patch},
-        "Points": {"points": surface.vertices},
-        "Polys": {"connectivity": surface.faces.ravel(), "offsets": offsets},
-    }
-    counts = f'NumberOfPoints="{len(surface.vertices)}" NumberOfPolys="{len(surface.faces)}"'
-    return _write(path, "PolyData", counts, sections)
+    arrays = {"axis": labels.axis, "patch": labels.patch}
+    return _write_polydata(path, surface.vertices, {"Polys": surface.faces}, arrays)
 
 
 def write_named_vtp(
@@ -88,19 +80,26 @@ def write_named_vtp(
 
     A comment in the file explains the numbers.
     """
-    polygons: dict[str, Arrays] = {}
-    number, counts = [], [f'NumberOfPoints="{len(points)}"']
+    polygons, number = {}, [np.empty(0, np.int64)]
     for width, tag in enumerate(("Verts", "Lines", "Polys"), start=1):
         own = [(i, rows) for i, rows in enumerate(items.values()) if rows.shape[1] == width]
-        cells = np.concatenate([np.empty((0, width), np.int64), *(rows for _, rows in own)])
+        polygons[tag] = np.concatenate([np.empty((0, width), int), *(rows for _, rows in own)])
         number += [np.full(len(rows), i) for i, rows in own]
-        offsets = width * np.arange(1, len(cells) + 1)
-        polygons[tag] = {"connectivity": cells.ravel(), "offsets": offsets}
-        counts.append(f'NumberOf{tag}="{len(cells)}"')
-    numbers = np.concatenate([np.empty(0, np.int64), *number])
-    sections = {"CellData": {array: numbers}, "Points": {"points": points}, **polygons}
-    legend = ", ".join(f"{i} {name}" for i, name in enumerate(items))
-    return _write(path, "PolyData", " ".join(counts), sections, f"<!-- {array}: {legend} -->\n")
+    comment = _legend(list(items), array)
+    return _write_polydata(path, points, polygons, {array: np.concatenate(number)}, comment)
+
+
+def _write_polydata(
+    path: Path, points: np.ndarray, cells: Arrays, cell_data: Arrays, comment: str = ""
+) -> Path:
+    """Write cells (N, K) of points by the name of their section."""
+    sections: dict[str, Arrays] = {"CellData": cell_data, "Points": {"points": points}}
+    counts = [f'NumberOfPoints="{len(points)}"']
+    for tag, own in cells.items():
+        offsets = own.shape[1] * np.arange(1, len(own) + 1)
+        sections[tag] = {"connectivity": own.ravel(), "offsets": offsets}
+        counts.append(f'NumberOf{tag}="{len(own)}"')
+    return _write(path, "PolyData", " ".join(counts), sections, comment)
 
 
 def write_cells(
@@ -153,9 +152,9 @@ def numbered_primitives(context: Sequence[str | None]) -> tuple[list[str], np.nd
     return names, np.array([names.index(name) if name else -1 for name in context])
 
 
-def _legend(names: Sequence[str]) -> str:
-    """Explain the numbers of `primitive`; string arrays cannot be read by meshio and others."""
-    return f"<!-- primitive: {', '.join(f'{i} {name}' for i, name in enumerate(names))} -->\n"
+def _legend(names: Sequence[str], array: str = "primitive") -> str:
+    """Explain the numbers of an array; string arrays cannot be read by meshio and others."""
+    return f"<!-- {array}: {', '.join(f'{i} {name}' for i, name in enumerate(names))} -->\n"
 
 
 def _write(

@@ -22,7 +22,6 @@ from polycube.search.moves import Given, MeshStructure
 from polycube.stages import Clock, Stage
 from polycube.state import RunState
 from polycube.surface.measures import genus
-from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -82,31 +81,26 @@ class Policy:
 
 def read_given(settings: Settings, clock: Clock) -> RunState:
     """Read the hex mesh of `hex` and the surface of `mesh`; raises InputError."""
-    given, surface, path, warnings = clock.run("read", lambda: _read_files(settings))
-    return RunState(
-        surface,
-        path=path,
-        warnings=tuple(warnings),
-        given=given,
-        hex_path=str(settings.hex),
-        hexes=given,
-    )
+    return clock.run("read", lambda: _read_files(settings))
 
 
-def _read_files(settings: Settings) -> tuple[HexMesh, TriMesh, str, list[str]]:
+def _read_files(settings: Settings) -> RunState:
     hex_path = str(settings.hex)
     given, warnings = read_hexes(hex_path)
     if settings.mesh is None:
-        return given, boundary(given), hex_path, list(warnings)
-    surface, more = read_surface(settings.mesh, settings.cad, settings.points)
-    try:
-        check_place(given, surface)
-    except InputError as error:
-        raise InputError(f"{hex_path} and {settings.mesh}: {error}") from None
-    handles = genus(boundary(given)), genus(surface)
-    if handles[0] != handles[1]:
-        more = [*more, "the hex mesh has genus {}, the surface {}".format(*handles)]
-    return given, surface, settings.mesh, [*warnings, *more]
+        surface = boundary(given)
+    else:
+        surface, more = read_surface(settings.mesh, settings.cad, settings.points)
+        try:
+            check_place(given, surface)
+        except InputError as error:
+            raise InputError(f"{hex_path} and {settings.mesh}: {error}") from None
+        warnings = [*warnings, *more]
+        handles = genus(boundary(given)), genus(surface)
+        if handles[0] != handles[1]:
+            warnings.append("the hex mesh has genus {}, the surface {}".format(*handles))
+    start = RunState(surface, settings.mesh or hex_path, tuple(warnings))
+    return replace(start, given=given, hex_path=hex_path, hexes=given)
 
 
 def is_improvement(settings: Settings) -> bool:

@@ -21,9 +21,8 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     if settings.mesh is None:
         raise InputError("no surface given: use mesh=part.stl, or mesh=example:rod for an example")
     path = settings.mesh
-    read = clock.run(
-        "read", lambda: read_repaired(path, settings.cad, settings.repair, settings.points)
-    )
+    options = path, settings.cad, settings.repair, settings.points
+    read = clock.run("read", lambda: read_repaired(*options))
     notes = [*cad_sets(read.surface).renamed(), *sharp_places(read.surface)]
     warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in notes))
     return RunState(
@@ -59,6 +58,5 @@ def write_repaired(folder: Path, state: RunState) -> None:
     if state.repair is not None:
         surface = state.surface
         write_stl(folder / "repaired.stl", surface.vertices, surface.faces)
-        write_named_vtp(
-            folder / "repaired.vtp", surface.vertices, {"surface": surface.faces}, "part"
-        )
+        named = {"surface": surface.faces}
+        write_named_vtp(folder / "repaired.vtp", surface.vertices, named, "part")

@@ -80,13 +80,10 @@ def moved(value: Any, motion: Motion) -> Any:
     if isinstance(value, RoughMap):
         places = motion(value.positions.reshape(-1, 3)).reshape(value.positions.shape)
         return replace(value, positions=places)
-    if isinstance(value, Candidate):
-        parts = (moved(each, motion) for each in (value.rough_map, value.blocks))
-        return replace(value, **dict(zip(("rough_map", "blocks"), parts, strict=True)))
-    if isinstance(value, Ranked):
-        parts = (moved(each, motion) for each in (value.candidate, value.hexes))
-        return replace(value, **dict(zip(("candidate", "hexes"), parts, strict=True)))
-    return value
+    inner = {Candidate: ("rough_map", "blocks"), Ranked: ("candidate", "hexes")}
+    names = inner.get(type(value), ())
+    parts: dict[str, Any] = {name: moved(getattr(value, name), motion) for name in names}
+    return replace(value, **parts) if parts else value
 
 
 def _moved_surface(surface: TriMesh, motion: Motion) -> TriMesh:

@@ -71,7 +71,28 @@ class Proposals:
         )
 
     def _plugins(self, grid: Grid) -> list[tuple[str, Structure]]:
-        return _plugins(grid, self.settings, self.primitives)
+        """The structure plugins of a run, by name.
+
+        A given context replaces all plugins without a network; those with a network still denoise
+        the part for this context. A plugin with an option `context` places it itself.
+        """
+        settings = self.settings
+        made = partial(build, "structure", grid=grid, primitives=self.primitives)
+        alone = {str(settings.structure.get("plugin")): settings.structure}
+        own = settings.structure.get("proposals") or alone
+        if not settings.context:
+            return [(name, made(config)) for name, config in own.items()]
+        replacing = {**settings.context_structure, "context": settings.context}
+        given = [("given", made(replacing))]
+        others = {n: config for n, config in own.items() if config["plugin"] != replacing["plugin"]}
+        built = {name: made(config) for name, config in others.items()}
+        plugins = [] if any(hasattr(plugin, "context") for plugin in built.values()) else given
+        for name, plugin in built.items():
+            if plugin.needs_network:
+                plugins.append((name, plugin))
+            else:
+                _check_unused(name, others[name], plugin, alone=len(own) == 1)
+        return plugins
 
     def _propose(self, grid: Grid, surface: TriMesh, tier: Tier) -> list[Candidate]:
         """New candidates of the plugins of a tier; each receives those of the plugins before it.
@@ -105,35 +126,6 @@ def grids(settings: Settings) -> list[Grid]:
         return shapes
     large = [shape for shape in shapes if len(settings.context) <= math.prod(shape)]
     return large[:1] or shapes[-1:]
-
-
-def _plugins(grid: Grid, settings: Settings, primitives: Primitives) -> list[tuple[str, Structure]]:
-    """The structure plugins of a run, by name.
-
-    A given context replaces all plugins without a network; those with a network still denoise the
-    part for this context. A plugin with an option `context` places it itself.
-    """
-    own = settings.structure.get("proposals") or {
-        str(settings.structure.get("plugin")): settings.structure
-    }
-    replacing = {**settings.context_structure, "context": settings.context}
-    if not settings.context:
-        return [(name, _build(config, grid, primitives)) for name, config in own.items()]
-    given = [("given", _build(replacing, grid, primitives))]
-    others = {n: config for n, config in own.items() if config["plugin"] != replacing["plugin"]}
-    built = {name: _build(config, grid, primitives) for name, config in others.items()}
-    plugins = [] if any(hasattr(plugin, "context") for plugin in built.values()) else given
-    for name, plugin in built.items():
-        config = others[name]
-        if plugin.needs_network:
-            plugins.append((name, plugin))
-        else:
-            _check_unused(name, config, plugin, alone=len(own) == 1)
-    return plugins
-
-
-def _build(config: Node, grid: Grid, primitives: Primitives) -> Structure:
-    return build("structure", config, grid=grid, primitives=primitives)
 
 
 def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:

@@ -3,34 +3,29 @@
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from threading import Event
 
-from polycube.analysis.boundary_sets import check_names
-from polycube.analysis.preconditioner import is_factored
 from polycube.errors import InputError, MeshingError
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import check_requests
-from polycube.hexmesh.named_sets import sets_of_spline
-from polycube.kinds import KINDS, Acceptance, Export, Policy
-from polycube.numerics import memory
+from polycube.kinds import KINDS, Acceptance, Policy
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.resume.settings import warn_of_changed_settings
 from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.solving import hexes_of, solved, solving_stages
 from polycube.registry import build
 from polycube.search.chain import Chain, Deadline, TimeIsUp, check_options
 from polycube.search.history import History, Task, judged
 from polycube.search.loop import make, moves_of, search
 from polycube.search.structures import choose
 from polycube.search.unfitted import wrong_topology
-from polycube.stages import Clock, Stage, build_stages, meshing_stages
+from polycube.stages import Clock, Stage, meshing_stages
 from polycube.state import RunState
 from polycube.structure.projection import nearest_labels
-from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
@@ -67,7 +62,7 @@ class Run:
         self.policy: Policy = build("policy", settings.policy)
         self.meshing = meshing_stages(self.bundle, self.start_fields)
         check_options(self.meshing, self.bundle)
-        self.solving = self._solving()
+        self.solving = solving_stages(self.settings)
         self.primitives = voxels(settings.primitives["use"])
         ranking = build("ranking", settings.ranking)
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
@@ -82,11 +77,6 @@ class Run:
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.chain = Chain(self.clock, self.deadline)
         self.history: History | None = None
-
-    def _solving(self) -> list[Stage]:
-        """The stages after meshing."""
-        wanted = [kind for kind in ("spline", "analysis") if kind in self.settings.order]
-        return build_stages(wanted, self.settings.composed)
 
     @property
     def bundle(self) -> Node:
@@ -115,7 +105,7 @@ class Run:
         for warning in state.warnings:
             logger.warning("warning: %s", warning)
         self.settings = self.settings.in_unit(state.surface.unit)
-        self.solving = self._solving()
+        self.solving = solving_stages(self.settings)
         check_requests(state.surface, self.requests)
         return self.propose(state)
 
@@ -204,10 +194,8 @@ class Run:
         once = next((i for i, kind in enumerate(kinds) if kind.once), len(stages))
         cures = next((i for i, kind in enumerate(kinds) if kind.cures), once)
         fit, cure = stages[:cures], stages[cures:once]
-        propose = self.proposals
-        return Task(
-            state, fit, cure, self.bundle, self.acceptance, self.chain, propose, (), self.primitives
-        )
+        how = self.bundle, self.acceptance, self.chain, self.proposals
+        return Task(state, fit, cure, *how, (), self.primitives)
 
     def finish_search(self, history: History, stages: list[Stage], ended: str | None) -> RunState:
         """The state of the best mesh after the last stages; the results of stages are stored."""
@@ -232,9 +220,8 @@ class Run:
         verdict = leader.verdict if is_judged else None
         found = replace(found, ranked=history.ranked, moves=tuple(history.table), verdict=verdict)
         if ended is not None:
-            why = (
-                "interrupted" if ended == "user" else f"stopped at the time limit of {seconds:g} s"
-            )
+            late = f"stopped at the time limit of {seconds:g} s"
+            why = "interrupted" if ended == "user" else late
             stopped = f"meshing was {why}; the result is the best mesh until then"
             logger.warning("warning: %s", stopped)
             found = replace(found, stopped=stopped, interrupted=ended == "user")
@@ -254,7 +241,7 @@ class Run:
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface, and judge a mesh without a verdict."""
         unit = self.settings.unit(state.surface.unit)
-        hexes = replace(with_sets(_hexes(state), state.surface), unit=unit)
+        hexes = replace(with_sets(hexes_of(state), state.surface), unit=unit)
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
@@ -273,35 +260,4 @@ class Run:
             advice = f"resume={self.results.folder} from={self.solving[0].kind} computes it"
             stopped = f"the time limit of {self.settings.seconds:g} s is over; {left} left out"
             return replace(state, stopped=f"{stopped}, {advice}")
-        for stage in self.solving:
-            if self.results.is_loaded(stage.kind):
-                value = self.results.load(stage.kind)
-            else:
-                if stage.kind == "analysis" and state.spline is not None:
-                    memory.warn(len(state.spline.control), is_factored(state.spline))
-                value = self.clock.run(stage.kind, partial(stage, state))
-            state = stage.put(state, value)
-            if stage.kind == "spline" and state.spline is not None:
-                sets = sets_of_spline(state.spline, _hexes(state))
-                state = replace(state, spline=replace(state.spline, sets=sets))
-                value = state.spline
-            self.results.store(stage.kind, value)
-        return state
-
-    def check_places(self, hexes: HexMesh, exports: Sequence[Export] = ()) -> None:
-        """Raise InputError if the mesh lacks a place that an analysis or an export needs."""
-        folder = self.results.folder
-        advice = f"; the mesh is saved, continue with resume={folder} from=spline" if folder else ""
-        for stage in self.solving:
-            try:
-                check_names(getattr(stage.plugin, "places", ()), hexes.sets)
-            except InputError as error:
-                raise InputError(f"{stage.kind}: {error}{advice}") from None
-        for export in exports:
-            check_names(getattr(export, "places", ()), hexes.sets)
-
-
-def _hexes(state: RunState) -> HexMesh:
-    if state.hexes is None:
-        raise MeshingError("there is no hex mesh")
-    return state.hexes
+        return solved(state, self.solving, self.clock, self.results)

@@ -17,11 +17,8 @@ from polycube.units import AUTO, resolved
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
-CHOICES = {
-    "bext": ("auto", "1", "2", "both"),
-    "cells": ("auto", "lagrange", "corners"),
-    "precision": ("single", "double"),
-}
+CHOICES = {"bext": ("auto", "1", "2", "both"), "cells": ("auto", "lagrange", "corners")}
+CHOICES |= {"precision": ("single", "double")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +48,6 @@ class Settings:
     spline: Node
     analysis: Node
     export: Mapping[str, Node]
-    seed: int
     seconds: float | None
     strict: bool
     resume: Path | None
@@ -69,32 +65,31 @@ class Settings:
         """
         own = [f.name for f in fields(cls) if "Node" in str(f.type) and f.name != "composed"]
         groups = {name: _group(composed, name) for name in ("cad", "points", "files", *own)}
-        mesh, context, seed, seconds, strict = (
-            composed[name] for name in ("mesh", "context", "seed", "seconds", "strict")
-        )
-        cad = Cad(**groups.pop("cad"), units=groups["analysis"].get("units"))
-        points, files = Points(**groups.pop("points")), Files(**groups.pop("files"))
-        repair, order = _repair(composed), _order(composed)
+        context, seed = composed["context"], composed["seed"]
+        seconds, strict = composed["seconds"], composed["strict"]
         is_list = context is None or isinstance(context, list | tuple)
         _check("context", context, is_list, "a list of primitives, such as [cube]")
         _check("seed", seed, type(seed) is int and seed >= 0, "a whole number, 0 or more")
         is_time = type(seconds) in (int, float) and 0 < seconds < math.inf
         _check("seconds", seconds, seconds is None or is_time, "null or a positive number")
         _check("strict", strict, isinstance(strict, bool), "true or false")
+        mesh, hexes, resume, start = (
+            str(composed[name]) if composed[name] else None
+            for name in ("mesh", "hex", "resume", "from")
+        )
         return cls(
-            mesh=None if mesh in (None, "", "???") else str(mesh),
-            hex=str(composed["hex"]) if composed["hex"] else None,
-            cad=cad,
-            points=points,
-            files=files,
-            repair=repair,
-            order=order,
+            mesh=None if mesh == "???" else mesh,
+            hex=hexes,
+            cad=Cad(**groups.pop("cad"), units=groups["analysis"].get("units")),
+            points=Points(**groups.pop("points")),
+            files=Files(**groups.pop("files")),
+            repair=_repair(composed),
+            order=_order(composed),
             context=context or None,
-            seed=seed,
             seconds=None if seconds is None else float(seconds),
             strict=strict,
-            resume=Path(str(composed["resume"])) if composed["resume"] else None,
-            start=str(composed["from"]) if composed["from"] else None,
+            resume=Path(resume) if resume else None,
+            start=start,
             composed=composed,
             **groups,
         )

@@ -149,9 +149,8 @@ def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
     if state.spline is not None:
         _write_spline(folder, state, state.spline, settings)
     if state.trajectory is not None:
-        np.savez_compressed(
-            folder / "trajectory.npz", states=state.trajectory, steps=np.array(state.steps)
-        )
+        states, steps = state.trajectory, np.array(state.steps)
+        np.savez_compressed(folder / "trajectory.npz", states=states, steps=steps)
 
 
 def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Settings) -> None:

@@ -73,12 +73,8 @@ def _along(turn: np.ndarray, shift: np.ndarray, inner: float, height: float) -> 
     """
     n = len(turn)
     corners = ((inner, 0), (30, 0), (30, height), (inner, height))
-    vertices = np.concatenate(
-        [
-            np.column_stack([radius * turn + shift[:, None] * [0, 1], np.full(n, z)])
-            for radius, z in corners
-        ]
-    )
+    moved = [(radius * turn + shift[:, None] * [0, 1], np.full(n, z)) for radius, z in corners]
+    vertices = np.concatenate([np.column_stack(each) for each in moved])
     all_ = np.arange(4 * n).reshape(4, n)
     here, after = all_[:, :-1], all_[:, 1:]
     beyond, both = np.roll(here, -1, axis=0), np.roll(after, -1, axis=0)

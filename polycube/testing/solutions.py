@@ -82,11 +82,8 @@ def check_export(plugin: Callable) -> None:
         path = plugin(part.hexes, folder / "hex")
         claim(isinstance(path, Path) and path.is_file(), "the path written is returned", path)
         claim(path.parent == folder, "the file is in the given folder", path.parent)
-        claim(
-            path.stem == "hex" and path.suffix,
-            "the file has the given name and a suffix",
-            path.name,
-        )
+        is_named = path.stem == "hex" and path.suffix != ""
+        claim(is_named, "the file has the given name and a suffix", path.name)
         claim([path] == list(folder.iterdir()), "there is no other file in the folder")
         first = path.read_bytes()
         claim(plugin(part.hexes, folder / "hex").read_bytes() == first, "equal input, equal bytes")

@@ -55,7 +55,7 @@ def test_weights_and_checkpoint_in_one_table(
     assert len(rows) == 2 * (1 + len(BASELINES))
     assert all(row.count("|") == head.count("|") for row in rows)
     for head, cell in zip(TABLE, rows[0].split("|")[2:-1], strict=True):
-        assert (cell.strip() == "") == ("context" in TABLE[head][0] or "turned" in TABLE[head][0])
+        assert (cell.strip() == "") == ("context" in TABLE[head] or "turned" in TABLE[head])
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_missing_columns_are_empty_cells() -> None:
         (["weights=nowhere"], "error: no weights at nowhere"),
         (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
         (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
-        (["parts=[nothing*.stl]"], "error: parts: no file nothing*.stl"),
+        (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
         (
             ["slabs=[5,2]"],
             "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",

@@ -5,17 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.diffusion.encoding import (
-    by_x,
-    context_length,
-    context_vector,
-    image_size,
-    learning_frame,
-    to_pixels,
-    to_points,
-)
-
-PRIMITIVES = ("cube", "hole_z", "hole_x", "hole_y")
+from polycube.diffusion.encoding import by_x, image_size, learning_frame, to_pixels, to_points
 
 
 @pytest.mark.parametrize(
@@ -24,30 +14,6 @@ PRIMITIVES = ("cube", "hole_z", "hole_x", "hole_y")
 )
 def test_image_size(grid: tuple, size: tuple) -> None:
     assert image_size(grid) == size
-
-
-@pytest.mark.parametrize(
-    ("context", "positions"),
-    [
-        (("cube", None), [0]),
-        ((None, "cube"), [4]),
-        (("hole_z", None), [8]),
-        ((None, "hole_y"), [28]),
-        (("cube", "cube"), [0, 4]),  # the paper's ninth type
-        (("hole_x", "hole_z"), [12, 16]),
-    ],
-)
-def test_context_vector_of_the_paper(context: tuple, positions: list) -> None:
-    vector = context_vector(context, PRIMITIVES, 2)
-    assert len(vector) == 29 == context_length(4, 2)
-    assert np.flatnonzero(vector).tolist() == positions
-
-
-def test_wrong_contexts_are_refused() -> None:
-    with pytest.raises(LookupError, match="no primitive named 'cone'; have cube"):
-        context_vector(("cone", None), PRIMITIVES, 2)
-    with pytest.raises(ValueError, match="must name 2 cells"):
-        context_vector(("cube",), PRIMITIVES, 2)
 
 
 @settings(derandomize=True, max_examples=20, deadline=None)

@@ -22,7 +22,7 @@ from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
-from polycube.report.numbers.features import KINDS
+from polycube.report.numbers.features import KINDS, face_name
 from polycube.report.page.assembly import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
@@ -118,14 +118,11 @@ def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | Non
 def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | None) -> Json:
     """A contact as written to `report.json`."""
     faces = [(first, contact.first), (second, contact.second)]
+    places = [(part.surface, face) for part, face in faces if part.surface is not None]
     found: dict[str, Any] = {
         "solids": [part.solid.name for part, _ in faces],
-        "faces": [face_set(part.surface, face) for part, face in faces if part.surface is not None],
-        "names": [
-            part.surface.region_names[face - 1] if part.surface.region_names else ""
-            for part, face in faces
-            if part.surface is not None
-        ],
+        "faces": [face_set(*place) for place in places],
+        "names": [face_name(*place) for place in places],
         "area": contact.area,
         "agree": None if how is None else how.is_covered,
     }

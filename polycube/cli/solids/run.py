@@ -6,13 +6,13 @@ move their meshes.
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from polycube.cli import cluster
-from polycube.cli.batch import ROW, run_job
+from polycube.cli.batch import ROW, Attempt, run_job
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
 from polycube.errors import InputError, printable
@@ -30,8 +30,6 @@ ALL = "all"  # value of `cad.solid`
 ALONE = {"resume": "resume the run of one solid, in its own folder", "hex": "hex= is for one solid"}
 
 Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its motion to this one
-# settings, placed=None -> exit code, reason if it is not 0
-Attempt = Callable[..., tuple[int, str]]
 
 
 def is_requested(cfg: Json) -> bool:
@@ -49,9 +47,8 @@ def solids_of(cfg: Json) -> list[Solid]:
     """
     for name, remedy in ALONE.items():
         if cfg[name]:
-            raise InputError(
-                f"cad.solid={ALL} cannot be combined with {name}=", "cad.solid", remedy
-            )
+            what = f"cad.solid={ALL} cannot be combined with {name}="
+            raise InputError(what, "cad.solid", remedy)
     path = Path(str(cfg["mesh"]))
     solids = read_solids(path) if is_cad(path) else []
     if len(solids) > 1:
@@ -76,9 +73,8 @@ def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"
-        raise InputError(
-            what, "preflight", "use preflight=true, or cad.solid with the number of one"
-        )
+        remedy = "use preflight=true, or cad.solid with the number of one"
+        raise InputError(what, "preflight", remedy)
     found = []
     for solid in solids:
         if solid.motion is None:
@@ -136,10 +132,10 @@ def run_solids(
 
 def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dict[int, int]:
     """Exit codes by the number of the solid."""
-    calls = [
-        (of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}", job)
-        for solid, job in jobs
-    ]
+    calls = []
+    for solid, job in jobs:
+        own = of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}"
+        calls.append((*own, job))
     if cluster.is_used(cfg["dask"]) and calls:
         waiting = [(run_job, call, call[1].name) for call in calls]
         codes = cluster.run_all(waiting, cfg["dask"])

@@ -5,16 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.diffusion.pairs import rounding
 from polycube.diffusion.pairs.lattices import STAYS, Feature, Lattice
-from polycube.diffusion.pairs.rounding import (
-    CHAMFER,
-    FILLET,
-    EdgeRuns,
-    Fillets,
-    edge_runs,
-    largest_radii,
-    rounded,
-)
+from polycube.diffusion.pairs.rounding import CHAMFER, FILLET, EdgeRuns, Fillets, largest_radii
 from polycube.types import PerAxis
 
 DISCS = ("hole", "blind hole", "boss")  # a circle in a square; slots get round ends
@@ -79,13 +72,13 @@ class CadShapes:
         rng: np.random.Generator,
     ) -> np.ndarray:
         """(V, 3) points of the surface of the lattice between the knots, with CAD features."""
-        edges = edge_runs(lattice.occupancy, knots)
+        edges = rounding.edge_runs(lattice.occupancy, knots)
         lengths = [each[-1] - each[0] for each in knots]
         main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
         fillets = self._fillets(edges, main, rng)
         for feature in rounds:
             fillets = with_round_section(fillets, feature, knots)
-        x = rounded(vertices, fillets)
+        x = rounding.rounded(vertices, fillets)
         if rng.random() < self.slants:
             x = self._slanted(x, knots, rng)
         return self._drafted(x, main, rng) if rng.random() < self.drafts else x
@@ -195,10 +188,7 @@ def section(feature: Feature, knots: PerAxis) -> EdgeRuns:
     u, v = (axis + 1) % 3, (axis + 2) % 3
     is_high = np.array(list(np.ndindex(2, 2)))
     line = np.where(is_high, [high[u], high[v]], [low[u], low[v]])
-    next_slab = [
-        [_width(knots[a], low[a] - 1, far), _width(knots[a], high[a], far)] for a in (u, v)
-    ]
-    after = [_width(knots[axis], low[axis] - 1, far), _width(knots[axis], high[axis], far)]
+    beyond = [[_width(knots[a], slab, far) for slab in (low[a] - 1, high[a])] for a in range(3)]
     side = [knots[a][high[a]] - knots[a][low[a]] for a in (u, v)]
     return EdgeRuns(
         axis=np.full(4, axis),
@@ -210,8 +200,8 @@ def section(feature: Feature, knots: PerAxis) -> EdgeRuns:
         at=np.stack([knots[u][line[:, 0]], knots[v][line[:, 1]]], axis=1),
         ends=np.tile(knots[axis][[low[axis], high[axis]]], (4, 1)),
         side=np.tile(side, (4, 1)),
-        beyond=np.array(next_slab)[np.arange(2), is_high],
-        after=np.tile(after, (4, 1)),
+        beyond=np.array([beyond[u], beyond[v]])[np.arange(2), is_high],
+        after=np.tile(beyond[axis], (4, 1)),
         depth=np.full(4, min(side)),
     )
 

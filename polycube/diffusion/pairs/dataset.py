@@ -1,13 +1,12 @@
 """Pairs as torch images, in an endless order in which a resumed training continues."""
 
 from collections.abc import Callable, Iterator
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor, distributed
-from torch.utils.data import DataLoader, Dataset, Sampler
+from torch.utils.data import Dataset, Sampler
 
 from polycube.diffusion.conditions import Condition
 from polycube.diffusion.encoding import by_x, to_pixels
@@ -32,34 +31,21 @@ class PairImages(Dataset):
         self.pairs, self.condition = pairs, condition
 
     def __getitem__(self, index: int) -> Batch:
-        return Batch(*images(self.pairs(index), self.condition), torch.tensor(index))
-
-
-class Cached(Dataset):
-    """Cached items of another dataset."""
-
-    def __init__(self, dataset: Dataset) -> None:
-        self.item = cache(dataset.__getitem__)
-
-    def __getitem__(self, index: int) -> Batch:
-        return self.item(index)
-
-
-def images(pair: Pair | LatticePair, condition: Condition) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Geometry (6, h, w), polycube (3, h, w), condition vector (K,) and labels (L, h, w)."""
-    value, size = condition.value_of(pair), condition.image
-    used = condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
-    at = by_x(pair.geometry, used)
-    points, normals, polycube, labels = (
-        to_pixels(rows, at, size)
-        for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
-    )
-    return (
-        torch.from_numpy(np.concatenate([points, normals])),
-        torch.from_numpy(polycube),
-        torch.from_numpy(condition.vector(value)),
-        torch.from_numpy(labels.astype(np.int64) - 1),
-    )
+        pair, size = self.pairs(index), self.condition.image
+        value = self.condition.value_of(pair)
+        used = self.condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
+        at = by_x(pair.geometry, used)
+        points, normals, polycube, labels = (
+            to_pixels(rows, at, size)
+            for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
+        )
+        return Batch(
+            torch.from_numpy(np.concatenate([points, normals])),
+            torch.from_numpy(polycube),
+            torch.from_numpy(self.condition.vector(value)),
+            torch.from_numpy(labels.astype(np.int64) - 1),
+            torch.tensor(index),
+        )
 
 
 def rank_and_processes() -> tuple[int, int]:
@@ -86,43 +72,3 @@ class ConsecutiveNumbers(Sampler):
 
     def __len__(self) -> int:
         return self.n
-
-
-class HeldOut(Sampler):
-    """The first n numbers, divided among the processes."""
-
-    def __init__(self, n: int) -> None:
-        self.n = n
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(self._numbers())
-
-    def __len__(self) -> int:
-        return len(self._numbers())
-
-    def _numbers(self) -> range:
-        rank, processes = rank_and_processes()
-        return range(rank, self.n, processes)
-
-
-def training_loader(
-    dataset: PairImages,
-    batch_size: int,
-    batches_per_epoch: int,
-    workers: int,
-    done: Callable[[], int],
-) -> DataLoader:
-    """Batches of consecutive epochs; done : number of pairs that all processes have finished."""
-    return DataLoader(
-        dataset,
-        batch_size=batch_size,
-        sampler=ConsecutiveNumbers(batch_size * batches_per_epoch, done),
-        num_workers=workers,
-        persistent_workers=workers > 0,
-        pin_memory=torch.cuda.is_available(),
-    )
-
-
-def validation_loader(dataset: PairImages, n_pairs: int, batch_size: int) -> DataLoader:
-    """The first pairs of a stream, computed once and cached."""
-    return DataLoader(Cached(dataset), batch_size=batch_size, sampler=HeldOut(n_pairs))

@@ -193,7 +193,8 @@ def random_knots(lattice: Lattice, square: Sequence[Feature], rng: np.random.Gen
     widths = _with_squares(widths, [_difference(each, shape) for each in square])
     slabs = np.split(widths, np.cumsum(shape)[:2])
     longest = max(each.sum() for each in slabs)
-    x, y, z = (_knots(2 / longest * each) for each in slabs)
+    slabs = [2 / longest * each for each in slabs]
+    x, y, z = (np.append(0, np.cumsum(each)) - each.sum() / 2 for each in slabs)
     return x, y, z
 
 
@@ -224,7 +225,3 @@ def _with_squares(widths: np.ndarray, rows: Sequence[np.ndarray]) -> np.ndarray:
         if factor.min() >= SHRINKS:
             squared, found = list(scaled), widths * factor
     return found
-
-
-def _knots(widths: np.ndarray) -> np.ndarray:
-    return np.append(0, np.cumsum(widths)) - widths.sum() / 2

@@ -96,18 +96,13 @@ def _part(found: Mapping[str, np.ndarray]) -> Part:
 
 def _check_shapes(found: Mapping[str, np.ndarray]) -> None:
     """Raise ValueError for an array of another shape or type, or with non-finite numbers."""
-    sizes: dict[str, int] = {}
+    sizes = {"3": 3, "4": 4}
     for name, (shape, kind) in SHAPES.items():
-        array, dimensions = found[name], shape.split()
-        fits = array.dtype.kind == kind and array.ndim == len(dimensions) and array.size > 0
-        if fits:
-            for dimension, size in zip(dimensions, array.shape, strict=True):
-                default = sizes.get(dimension[0], 0) + 1 if "+" in dimension else size
-                wanted = (
-                    int(dimension) if dimension.isdigit() else sizes.setdefault(dimension, default)
-                )
-                fits &= size == wanted
-        if not fits:
+        array, letters = found[name], shape.split()
+        for letter, size in zip(letters, array.shape, strict=False):
+            sizes.setdefault(letter, sizes[letter[0]] + 1 if "+" in letter else size)
+        wanted = tuple(sizes.get(letter) for letter in letters)
+        if array.dtype.kind != kind or array.shape != wanted or not array.size:
             raise ValueError(f"{name} must have shape ({shape.replace(' ', ', ')}) and kind {kind}")
         if not np.isfinite(array).all():
             raise ValueError(f"{name} has values that are not finite")

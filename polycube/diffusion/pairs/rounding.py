@@ -52,20 +52,10 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
         numbers.append(np.column_stack([np.full(len(edge_numbers), axis), edge_numbers]))
         lengths.append(edge_lengths)
     n, x = np.concatenate(numbers), np.concatenate(lengths)
-    return EdgeRuns(
-        axis=n[:, 0],
-        line=n[:, 1:3],
-        span=n[:, 3:5],
-        outward=n[:, 5:7],
-        is_convex=n[:, 7] == 1,
-        is_free=n[:, 8:10] == 1,
-        at=x[:, 0:2],
-        ends=x[:, 2:4],
-        side=x[:, 4:6],
-        beyond=x[:, 6:8],
-        after=x[:, 8:10],
-        depth=x[:, 10],
-    )
+    axes, line, span, outward, is_convex, is_free = np.split(n, [1, 3, 5, 7, 8], axis=1)
+    at, along, side, beyond, after, depth = np.split(x, [2, 4, 6, 8, 10], axis=1)
+    own = axes.ravel(), line, span, outward, is_convex.ravel() == 1, is_free == 1
+    return EdgeRuns(*own, at, along, side, beyond, after, depth.ravel())
 
 
 @njit(cache=True)

@@ -34,15 +34,8 @@ class Template:
     wall: np.ndarray  # (F,) 1: face of a hole, in an occupied cell; 0: outer face
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            vertices="V 3",
-            faces="F 3 int",
-            rounded="L V 3 float32",
-            axis="F int",
-            cell="F int",
-            wall="F int",
-        )
+        freeze(self, vertices="V 3", faces="F 3 int", rounded="L V 3 float32")
+        freeze(self, axis="F int", cell="F int", wall="F int")
 
 
 def contexts(
@@ -138,8 +131,7 @@ def turned_contexts(
     for number in np.argsort((cells == index[None]).sum(axis=1), kind="stable"):
         canonical.setdefault(keys[number], number)
     cells = np.vstack([cells, np.full(cells.shape[1], -1)])  # the last one is no context
-    turned = {
-        key: [canonical.get(_key(turn(boxes[number], r)), -1) for r in rotations()]
-        for key, number in canonical.items()
-    }
+    turned = {}
+    for key, number in canonical.items():
+        turned[key] = [canonical.get(_key(turn(boxes[number], r)), -1) for r in rotations()]
     return cells[np.array([turned[key] for key in keys])]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.structure.lattice import CORNERS
+from polycube.structure.lattice import CORNERS, OUTWARD
 from polycube.types import PerAxis
 
 TRIANGLES = 8000  # largest number; two pieces are always few enough
@@ -45,23 +45,16 @@ def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None)
     quads = (np.cumsum(is_used) - 1)[number]
     plane = box[np.arange(len(axis)), axis // 2] + 1 - axis % 2
     faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    return Tessellation(
-        vertices, quads, faces, axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
-    )
+    labels = axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
+    return Tessellation(vertices, quads, faces, *labels)
 
 
 def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
-    axes, boxes = [], []
-    for axis in range(3):
-        pad = [(1, 1) if other == axis else (0, 0) for other in range(3)]
-        step = np.diff(np.pad(occupancy, pad).astype(np.int8), axis=axis)
-        for label, kind in ((2 * axis, -1), (2 * axis + 1, 1)):
-            box = np.argwhere(step == kind)
-            box[:, axis] -= kind == -1
-            axes.append(np.full(len(box), label))
-            boxes.append(box)
-    return np.concatenate(axes), np.concatenate(boxes)
+    boxes, padded = np.argwhere(occupancy), np.pad(occupancy, 1)
+    is_free = [~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD]
+    axis, box = np.nonzero(is_free)
+    return axis, boxes[box]
 
 
 def cut(knots: np.ndarray, pieces: int) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.any_structure import LatticePair, LatticePairs, Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
-from polycube.diffusion.training.evaluation import Columns, one_step
+from polycube.diffusion.training.evaluation import Columns, distances, one_step
 from polycube.errors import InputError
 from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
@@ -54,9 +54,9 @@ def evaluate_any(
             labels = [log_p[k].argmax(axis=1) for log_p in denoised.log_labels]
             columns.append(
                 {
-                    "error": _distance(denoised.points[k], pair.polycube),
-                    "error_one_step": _distance(direct[k], pair.polycube),
-                    "error_untouched": _distance(pair.geometry, pair.polycube),
+                    "error": distances(denoised.points[k], pair.polycube),
+                    "error_one_step": distances(direct[k], pair.polycube),
+                    "error_untouched": distances(pair.geometry, pair.polycube),
                     "nearest_axis": nearest_axis(pair.normals) == pair.labels[:, 0],
                     "seconds_in_batch": np.array([each]),
                 }
@@ -72,10 +72,6 @@ def nearest_axis(normals: np.ndarray) -> np.ndarray:
     return 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
 
 
-def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(a - b, axis=1)
-
-
 def evaluate_lattices(
     draw: Draw, pairs: LatticePairs, n_parts: int, slabs: tuple[int, int] = (1, MOST_SLABS)
 ) -> list[Columns]:
@@ -89,8 +85,10 @@ def evaluate_lattices(
     genus_any : whether any of them is
     lattice_16_cad etc. : lattice_16 of the parts of a style
     """
-    searched = map(pairs.part, range(SEARCHED * n_parts))
-    chosen = list(islice((part for part in searched if _has(part, slabs)), n_parts))
+    made = map(pairs.part, range(SEARCHED * n_parts))
+    searched = ((part, part.polycube.occupancy.shape) for part in made)
+    has = (part for part, n in searched if slabs[0] <= min(n) and max(n) <= slabs[1])
+    chosen = list(islice(has, n_parts))
     if len(chosen) < n_parts:
         raise InputError(
             f"slabs: only {len(chosen)} of the first {SEARCHED * n_parts} parts have {slabs[0]} to "
@@ -99,17 +97,13 @@ def evaluate_lattices(
     return [columns(draw, part) for part in chosen]
 
 
-def _has(part: Part, slabs: tuple[int, int]) -> bool:
-    shape = part.polycube.occupancy.shape
-    return slabs[0] <= min(shape) and max(shape) <= slabs[1]
-
-
 def columns(draw: Draw, part: Part) -> Columns:
     """Columns of one part."""
     surface = TriMesh(part.geometry, part.surface.faces)
     size = diagonal(surface)
     drawn = draw(TriMesh(part.geometry / size, surface.faces), part.genus)
-    right = [each is not None and _same(each, part.polycube) for each in drawn]
+    full = part.polycube.occupancy
+    right = [each is not None and np.array_equal(each.occupancy, full) for each in drawn]
     shared = [0.0 if each is None else overlap(each, part.polycube, size) for each in drawn]
     handles = [each is not None and genus(each) == part.genus for each in drawn]
     found: Columns = {"genus": np.array([np.mean(handles)]), "genus_any": np.array([any(handles)])}
@@ -126,10 +120,8 @@ def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
 
     The solids are not moved; their boxes are divided at the knots of both.
     """
-    lines = [
-        np.unique(np.concatenate([scale * a, b]))
-        for a, b in zip(drawn.knots, truth.knots, strict=True)
-    ]
+    knots = zip(drawn.knots, truth.knots, strict=True)
+    lines = [np.unique(np.concatenate([scale * a, b])) for a, b in knots]
     middles = [(line[1:] + line[:-1]) / 2 for line in lines]
     volume = np.einsum("i,j,k->ijk", *(np.diff(line) for line in lines))
     one = _filled(drawn, [middle / scale for middle in middles])
@@ -142,7 +134,3 @@ def _filled(solid: Polycube, places: list[np.ndarray]) -> np.ndarray:
     padded = np.pad(solid.occupancy, 1)
     index = [np.searchsorted(k, x) for k, x in zip(solid.knots, places, strict=True)]
     return padded[np.ix_(*index)]
-
-
-def _same(one: Polycube, other: Polycube) -> bool:
-    return np.array_equal(one.occupancy, other.occupancy)

@@ -4,10 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 import lightning.pytorch as L
+import torch
 from torch.utils.data import DataLoader
 
 from polycube.diffusion.conditions import Condition
-from polycube.diffusion.pairs.dataset import PairImages, training_loader, validation_loader
+from polycube.diffusion.pairs.dataset import ConsecutiveNumbers, PairImages, rank_and_processes
 
 HELD_OUT = 10**9  # added to the seed for the held-out pairs, which choose the best checkpoint
 JUDGED = 2 * HELD_OUT  # added to the seed for the pairs of a test and of `polycube.evaluate`
@@ -40,12 +41,14 @@ class PairData(L.LightningDataModule):
     def train_dataloader(self) -> DataLoader:
         """Batches of consecutive epochs, after those that the module has finished."""
         trainer: Any = self.trainer
-        return training_loader(
+        number = self.batch_size * self.batches_per_epoch
+        return DataLoader(
             PairImages(self.pairs, self.condition),
             self.batch_size,
-            self.batches_per_epoch,
-            self.workers,
-            done=lambda: trainer.lightning_module.pairs_done,
+            sampler=ConsecutiveNumbers(number, lambda: trainer.lightning_module.pairs_done),
+            num_workers=self.workers,
+            persistent_workers=self.workers > 0,
+            pin_memory=torch.cuda.is_available(),
         )
 
     def val_dataloader(self) -> DataLoader:
@@ -57,5 +60,8 @@ class PairData(L.LightningDataModule):
         return self._first(self.numbers[1], JUDGED)
 
     def _first(self, number: int, offset: int) -> DataLoader:
-        dataset = PairImages(self.others(self.seed + offset), self.condition)
-        return validation_loader(dataset, number, self.batch_size)
+        """The first pairs of a stream, made once and divided among the processes."""
+        images = PairImages(self.others(self.seed + offset), self.condition)
+        rank, processes = rank_and_processes()
+        made: Any = [images[index] for index in range(rank, number, processes)]
+        return DataLoader(made, self.batch_size)

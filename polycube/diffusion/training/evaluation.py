@@ -64,9 +64,8 @@ def evaluate(
         denoised = denoiser.denoise(points, normals, contexts, sampler, seed)
         each = (time.perf_counter() - began) / len(batch)
         first = denoiser.denoise(points, normals, contexts, one_step, seed).points
-        for i, pair, x_0, x_1, *log_labels in zip(
-            batch, chosen, denoised.points, first, *denoised.log_labels, strict=True
-        ):
+        of_pairs = zip(batch, chosen, denoised.points, first, *denoised.log_labels, strict=True)
+        for i, pair, x_0, x_1, *log_labels in of_pairs:
             columns[i] |= point_columns(pair, polycubes[pair.context], x_0, x_1, log_labels)
             if len(batch) == batch_size:
                 columns[i]["seconds_in_batch"] = np.array([each])
@@ -75,9 +74,8 @@ def evaluate(
         denoiser.denoise(*_stacked([pair]), [pair.context], sampler, seed)
         found["seconds"] = np.array([time.perf_counter() - began])
     if denoiser.options.classifier:
-        for found, ranks in zip(
-            columns, _context_columns(denoiser, pairs, made, primitives, batch_size), strict=True
-        ):
+        every = _context_columns(denoiser, pairs, made, primitives, batch_size)
+        for found, ranks in zip(columns, every, strict=True):
             found |= ranks
     return made, columns
 
@@ -139,15 +137,13 @@ def point_columns(
     labels = np.stack([surface.axis, *cell_and_wall(polycube, surface)], axis=1)  # (Q, 3)
     other = (labels != pair.labels[:, None]).any(axis=2)  # (N, Q)
     origin = np.array(polycube.grid) / 2
-    _, right = project_onto(surface, pair.polycube + origin, np.where(other, np.inf, 0.0))
+    truth = pair.polycube + origin
+    _, right = project_onto(surface, truth, np.where(other, np.inf, 0.0))
     placed, nearest = project_onto(surface, x_0)
-    found = {
-        "error": _distance(x_0, pair.polycube + origin),
-        "error_one_step": _distance(first, pair.polycube + origin),
-        "off_polycube": _distance(x_0, placed),
-    }
+    found = {"error": distances(x_0, truth), "error_one_step": distances(first, truth)}
+    found["off_polycube"] = distances(x_0, placed)
     for name, (at, of) in baselines(surface, pair.geometry + origin, pair.normals).items():
-        found[f"error_{name}"] = _distance(at, pair.polycube + origin)
+        found[f"error_{name}"] = distances(at, truth)
         found[f"patch_{name}"] = surface.patch[of] == surface.patch[right]
     faces = {"": nearest}
     if len(log_labels):
@@ -197,11 +193,8 @@ def _context_columns(
                 right = int(np.flatnonzero(shapes_with_context == number[rows[i], turn[i]])[0])
                 ahead = log_p >= log_p[right]
                 rank = (ahead & (handles == handles[right])).sum() - 1
-                found[i] |= {
-                    f"{name}_top1": np.array([rank < 1]),
-                    f"{name}_top3": np.array([rank < 3]),
-                    f"{name}_top1_any_genus": np.array([ahead.sum() == 1]),
-                }
+                top = {"top1": rank < 1, "top3": rank < 3, "top1_any_genus": ahead.sum() == 1}
+                found[i] |= {f"{name}_{end}": np.array([is_top]) for end, is_top in top.items()}
     return found
 
 
@@ -232,5 +225,6 @@ def _stacked(made: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([p.geometry for p in made]), np.stack([p.normals for p in made])
 
 
-def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) distances of points (N, 3) from others."""
     return np.linalg.norm(a - b, axis=1)

@@ -30,20 +30,16 @@ class Learning:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.thin < 1:
-            raise ValueError(f"learning.thin must be at least 1; got {self.thin}")
-        for name, choices in (("decay", DECAYS), ("loss", LOSSES)):
-            if getattr(self, name) not in choices:
-                raise ValueError(
-                    f"learning.{name} must be one of {', '.join(choices)}; "
-                    f"got {getattr(self, name)}"
-                )
-        if self.warmup < 0:
-            raise ValueError(f"learning.warmup must not be negative; got {self.warmup}")
-        if not 0 <= self.endpoint <= 1:
-            raise ValueError(f"learning.endpoint must lie in [0, 1]; got {self.endpoint}")
-        if self.labels < 0:
-            raise ValueError(f"learning.labels must not be negative; got {self.labels}")
+        for name, is_valid, wanted in (
+            ("thin", self.thin >= 1, "be at least 1"),
+            ("decay", self.decay in DECAYS, f"be one of {', '.join(DECAYS)}"),
+            ("loss", self.loss in LOSSES, f"be one of {', '.join(LOSSES)}"),
+            ("warmup", self.warmup >= 0, "not be negative"),
+            ("endpoint", 0 <= self.endpoint <= 1, "lie in [0, 1]"),
+            ("labels", self.labels >= 0, "not be negative"),
+        ):
+            if not is_valid:
+                raise ValueError(f"learning.{name} must {wanted}; got {getattr(self, name)}")
 
 
 def rate_factors(decay: str, epochs: int) -> list[float]:
@@ -52,18 +48,13 @@ def rate_factors(decay: str, epochs: int) -> list[float]:
     linear: eta_k = eta_0 (1 - k / K); cosine: eta_k = eta_0 (1 + cos(pi k / K)) / 2;
     printed, the formula in the paper: eta_k = eta_{k-1} (1 - k / K), whose product vanishes early
     """
-    factors = [1.0]
-    for k in range(1, epochs + 1):
-        share = 1 - k / epochs
-        factors.append(
-            {
-                "constant": 1.0,
-                "linear": share,
-                "cosine": (1 - np.cos(np.pi * share)) / 2,
-                "printed": factors[-1] * share,
-            }[decay]
-        )
-    return factors
+    share = 1 - np.arange(epochs + 1) / epochs
+    return {
+        "constant": np.ones(epochs + 1),
+        "linear": share,
+        "cosine": (1 - np.cos(np.pi * share)) / 2,
+        "printed": np.cumprod(share),
+    }[decay].tolist()
 
 
 def moving_average(decay: float) -> Callable[[list[Tensor], list[Tensor], Tensor], None]:

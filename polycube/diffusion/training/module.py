@@ -3,7 +3,7 @@
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from functools import reduce
+from functools import partial, reduce
 from math import ceil
 from typing import Any
 
@@ -103,10 +103,8 @@ class DDPMPolycube(L.LightningModule):
         terms = {"points": self._distance(outputs[:, :3], target, labels[:, 0] >= 0)}
         if self.denoiser.classes:
             logits = outputs[:, 3:].split(self.denoiser.classes, dim=1)
-            entropies = [
-                functional.cross_entropy(values, labels[:, i], ignore_index=-1)
-                for i, values in enumerate(logits)
-            ]
+            entropy = partial(functional.cross_entropy, ignore_index=-1)
+            entropies = map(entropy, logits, labels.unbind(dim=1))
             terms["labels"] = self.learning.labels * reduce(torch.add, entropies)
         if self.turned is not None:
             cells = _contexts(self.turned, batch.number, turn)

@@ -68,10 +68,8 @@ def curves(folder: Path) -> dict[str, np.ndarray]:
 
     logging.getLogger("tensorboard").setLevel(logging.WARNING)  # it logs the opened files
     events = EventAccumulator(str(folder / "tensorboard"), size_guidance={"scalars": 0}).Reload()
-    return {
-        name: np.array([(event.step, event.value) for event in events.Scalars(name)])
-        for name in events.Tags()["scalars"]
-    }
+    found = {name: events.Scalars(name) for name in events.Tags()["scalars"]}
+    return {name: np.array([(e.step, e.value) for e in found[name]]) for name in found}
 
 
 def draw(trainings: Mapping[str, Curves], path: Path) -> Path:

@@ -61,11 +61,9 @@ def _taken(folder: Path) -> int | None:
         except BlockingIOError:
             other = os.read(file, 500).decode(errors="replace") or "another process"
             os.close(file)
-            raise InputError(
-                "another run writes its results there",
-                str(folder),
-                f"wait for {other}, or choose another output_dir",
-            ) from None
+            remedy = f"wait for {other}, or choose another output_dir"
+            what = "another run writes its results there"
+            raise InputError(what, str(folder), remedy) from None
         except OSError:  # no locks on this file system, or a full disk
             os.close(file)
             return None

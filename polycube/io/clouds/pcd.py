@@ -48,12 +48,8 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
     number = int(header["POINTS"][0]) if mark else 0
     counts = [int(count) for count in header.get("COUNT", ["1"] * len(header["FIELDS"]))]
     kinds = [KINDS[kind] + size for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
-    record = np.dtype(
-        [
-            (name, f"<{kind}", (count,))
-            for name, kind, count in zip(header["FIELDS"], kinds, counts, strict=True)
-        ]
-    )
+    fields = zip(header["FIELDS"], kinds, counts, strict=True)
+    record = np.dtype([(name, f"<{kind}", (count,)) for name, kind, count in fields])
     readers = {b"ascii": _text, b"binary": _records, b"binary_compressed": _compressed}
     if way.strip() not in readers:
         raise ValueError(f"unknown form of data {way[:20]!r}")

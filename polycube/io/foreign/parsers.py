@@ -48,9 +48,8 @@ def by_meshio(path: str) -> Arrays:
         "number": np.array([len(block.data) for block in mesh.cells], np.int64),
     }
     for i, block in enumerate(mesh.cells):
-        if block.type.lower().removeprefix("vtk_lagrange_").startswith("hexahedron") and len(
-            block.data
-        ):
+        kind = block.type.lower().removeprefix("vtk_lagrange_")
+        if kind.startswith("hexahedron") and len(block.data):
             found[f"hexes {i}"] = np.asarray(block.data)[..., :8]  # corners are first
             if i < len(cells):
                 found[f"cell {i}"] = np.asarray(cells[i]).ravel()
@@ -80,17 +79,12 @@ def by_trimesh(path: str) -> Arrays:
     if sum(each["count"] for each in accessors) > len(data):
         raise ValueError("its accessors have more elements than the file has bytes")
     mesh = trimesh.load_mesh(path, process=False)
-    return {
-        "vertices": np.asarray(mesh.vertices, dtype=np.float64),
-        "faces": np.asarray(mesh.faces, dtype=np.int64),
-    }
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    return {"vertices": vertices, "faces": faces}
 
 
-PARSERS: dict[str, Callable[[str], Arrays]] = {
-    "meshio": by_meshio,
-    "open3d": by_open3d,
-    "trimesh": by_trimesh,
-}
+PARSERS: dict[str, Callable[[str], Arrays]]
+PARSERS = {"meshio": by_meshio, "open3d": by_open3d, "trimesh": by_trimesh}
 
 if __name__ == "__main__":
     main()

@@ -37,9 +37,8 @@ class Late(InputError):
 
     def __init__(self, seconds: int, errors: str) -> None:
         self.seconds, self.errors = seconds, errors
-        super().__init__(
-            f"reading it did not finish in {seconds} s; the file is damaged or incomplete"
-        )
+        what = f"reading it did not finish in {seconds} s"
+        super().__init__(f"{what}; the file is damaged or incomplete")
 
 
 def read_separately(
@@ -69,16 +68,12 @@ def read_separately(
     seconds = ceil(SECONDS * effort + 30 * megabytes)
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "output"
-        request = {
-            "path": str(path),
-            "output": str(output),
-            "seconds": seconds,
-            "gigabytes": MEMORY + megabytes / 5,
-        }
+        request = {"path": str(path), "output": str(output), **options}
+        request |= {"seconds": seconds, "gigabytes": MEMORY + megabytes / 5}
         try:
             done = subprocess.run(
                 [sys.executable, "-m", worker],
-                input=json.dumps({**request, **options}),
+                input=json.dumps(request),
                 capture_output=True,
                 text=True,
                 errors="replace",
@@ -102,9 +97,8 @@ def limit(request: Mapping[str, Any]) -> None:
         (resource.RLIMIT_CORE, 0),
     ):
         _, hard = resource.getrlimit(kind)
-        resource.setrlimit(
-            kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-        )
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (soft, hard))
 
 
 def parsed(path: Path, library: str) -> dict[str, np.ndarray]:

@@ -36,9 +36,8 @@ def triangulated(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -
         raise InputError(f"face {np.argmin(sizes) + 1} has {sizes.min()} corners, not three")
     for wrong in (corners.min(initial=0), corners.max(initial=-1)):
         if not -1 < wrong < len(vertices) and len(corners):
-            raise InputError(
-                f"a face refers to vertex {wrong + 1} of {len(vertices)}; it is out of range"
-            )
+            what = f"a face refers to vertex {wrong + 1} of {len(vertices)}; it is out of range"
+            raise InputError(what)
     first = np.cumsum(sizes) - sizes
     found = [corners[first[sizes == 3][:, None] + np.arange(3)]]
     for size in range(4, FAN + 1):

@@ -56,9 +56,8 @@ def read_solids(path: Path) -> list[Solid]:
         raise InputError(f"{path}: {unreadable(path, errors)}")
     rows = json.loads(output)
     if not rows:
-        raise InputError(
-            f"{path}: the file contains no solid; export the part as a closed solid body"
-        )
+        what = "the file contains no solid; export the part as a closed solid body"
+        raise InputError(f"{path}: {what}")
     unit = gmsh_lengths(path)
     names = names_of([row["name"] for row in rows])
     return [
@@ -70,9 +69,8 @@ def read_solids(path: Path) -> list[Solid]:
 def _motion(row: dict[str, list], unit: float) -> Motion | None:
     if "same_as" not in row:
         return None
-    arrays = (np.array(row[name]) for name in ("rotation", "translation", "faces"))
-    rotation, translation, faces = arrays
-    return Motion(rotation, translation / unit, faces)
+    translation = np.array(row["translation"]) / unit
+    return Motion(np.array(row["rotation"]), translation, np.array(row["faces"]))
 
 
 def names_of(given: Sequence[str]) -> list[str]:

@@ -86,12 +86,8 @@ def landmarks(
     known = gap.min(axis=1) > DISTINCT * moments.max()
     ends = np.linalg.norm(points, axis=1).max(initial=0) * axes.T[known]
     named = np.stack([0 * moments, 0 * moments, np.arange(3)], axis=1)[known]
-    return Landmarks(
-        np.append(volume, moments),
-        centre,
-        np.vstack([points, ends, -ends]),
-        np.vstack([keys, named, named]).astype(float),
-    )
+    points, keys = np.vstack([points, ends, -ends]), np.vstack([keys, named, named])
+    return Landmarks(np.append(volume, moments), centre, points, keys.astype(float))
 
 
 def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:

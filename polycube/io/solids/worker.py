@@ -12,24 +12,10 @@ from types import ModuleType
 import numpy as np
 
 from polycube.io.cad_worker import name_of, opened
-from polycube.io.solids.motions import (
-    EDGE,
-    FACE,
-    SAME,
-    VERTEX,
-    Landmarks,
-    Motion,
-    landmarks,
-    motions,
-)
+from polycube.io.solids import motions
+from polycube.io.solids.motions import EDGE, FACE, SAME, VERTEX, Landmarks, Motion
 
-SHAPES = (
-    "Plane",
-    "Cylinder",
-    "Cone",
-    "Sphere",
-    "Torus",
-)  # kinds of surfaces that are distinguished
+SHAPES = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")  # kinds that are distinguished
 ACROSS = (np.arange(5) + 0.5) / 5  # parameters of the sample points of a face
 
 
@@ -44,18 +30,14 @@ class _Solid:
 
 
 def main() -> None:
-    """Names, volumes and boxes in `gmsh_unit`; first identical solid of each."""
+    """Names and volumes in `gmsh_unit`; first identical solid of each."""
     request = json.load(sys.stdin)
     gmsh, _ = opened(request)
     distinct: list[tuple[int, _Solid]] = []
     rows = []
     for number, (_, tag) in enumerate(gmsh.model.getEntities(3), start=1):
         solid = _solid(gmsh, tag)
-        row = {
-            "name": name_of(gmsh, 3, tag),
-            "volume": gmsh.model.occ.getMass(3, tag),
-            "box": list(gmsh.model.getBoundingBox(3, tag)),
-        }
+        row = {"name": name_of(gmsh, 3, tag), "volume": gmsh.model.occ.getMass(3, tag)}
         for earlier, known in distinct:
             motion = _motion(gmsh, known, solid)
             if motion is not None:
@@ -87,7 +69,7 @@ def _solid(gmsh: ModuleType, tag: int) -> _Solid:
         *(occ.getCenterOfMass(1, edge) for edge in edges),
         *(occ.getCenterOfMass(2, face) for face in faces),
     ]
-    found = landmarks(
+    found = motions.landmarks(
         occ.getMass(3, tag),
         np.array(occ.getCenterOfMass(3, tag)),
         np.reshape(occ.getMatrixOfInertia(3, tag), (3, 3)),
@@ -113,7 +95,7 @@ def _on_face(gmsh: ModuleType, face: int) -> np.ndarray:
 
 def _motion(gmsh: ModuleType, first: _Solid, second: _Solid) -> Motion | None:
     """The motion from one solid to another, checked on all faces; None if there is none."""
-    for motion in motions(first.landmarks, second.landmarks):
+    for motion in motions.motions(first.landmarks, second.landmarks):
         pairs = zip(first.on_faces, (second.faces[k] for k in motion.faces), strict=True)
         near = SAME * first.landmarks.size
         if all(_lie_on(gmsh, motion(points), face, near) for points, face in pairs):

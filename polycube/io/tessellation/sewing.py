@@ -36,9 +36,8 @@ def _largest_gap(gmsh: ModuleType) -> tuple[float, np.ndarray]:
     points = []
     for edge in edges:
         low, high = (float(end[0]) for end in gmsh.model.getParametrizationBounds(1, edge))
-        points.append(
-            np.reshape(gmsh.model.getValue(1, edge, low + (high - low) * ACROSS), (-1, 3))
-        )
+        places = gmsh.model.getValue(1, edge, low + (high - low) * ACROSS)
+        points.append(np.reshape(places, (-1, 3)))
     places, owner = np.concatenate(points), np.repeat(np.arange(len(edges)), len(ACROSS))
     near = cKDTree(places).query(places, min(NEAR * len(ACROSS), len(places)))[1]
     gaps = np.full(len(places), np.inf)

@@ -36,6 +36,7 @@ SIZES: dict[type, Callable[[Any], dict[str, int]]] = {  # numbers that equal tho
     Deformation: lambda own: {"Bezier nodes": len(own.stress)},
     Potential: lambda own: {"functions": len(own.values), "Bezier nodes": len(own.flux)},
 }
+REMEDY = "resume from an earlier stage"
 PARTS = {"read": (TriMesh, str, list), "structure": (list, int), "given": (HexMesh, str)}
 
 
@@ -73,11 +74,8 @@ class StageResults:
         """Raise InputError if a result does not fit those that were loaded before."""
         for what, number in SIZES[type(value)](value).items() if type(value) in SIZES else ():
             if self._sizes.setdefault(what, number) != number:
-                raise InputError(
-                    f"the stored result has {number} {what}, not {self._sizes[what]}",
-                    stage_name(kind),
-                    "resume from an earlier stage",
-                )
+                why = f"the stored result has {number} {what}, not {self._sizes[what]}"
+                raise InputError(why, stage_name(kind), REMEDY)
 
     def store(self, kind: str, value: object) -> None:
         """Store the result of a stage in the folder of this run, if it has one."""
@@ -97,9 +95,8 @@ def load_stage(folder: Path, kind: str) -> Any:
     path = folder / stage_name(kind)
     if not path.is_file():
         have = ", ".join(sorted(p.stem.replace(".", "/") for p in path.parent.glob("*.npz")))
-        raise InputError(
-            f"{folder} contains no result of stage {kind!r}; it contains {have or 'none'}"
-        )
+        what = f"contains no result of stage {kind!r}"
+        raise InputError(f"{folder} {what}; it contains {have or 'none'}")
     try:
         value = artifacts.load(path)
         if not _is_of(kind, value):
@@ -107,7 +104,7 @@ def load_stage(folder: Path, kind: str) -> Any:
         return value
     except Exception as error:  # zip, zlib, numpy and JSON raise different errors
         what = f"the stored result is damaged ({brief(error)})"
-        raise InputError(what, str(path), "resume from an earlier stage") from error
+        raise InputError(what, str(path), REMEDY) from error
 
 
 def _is_of(kind: str, value: Any) -> bool:

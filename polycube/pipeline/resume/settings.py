@@ -1,12 +1,11 @@
 """The settings of a resumed run: stages that do not run again have those of the earlier run."""
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from polycube.config import compose
+from polycube.config import by_name, compose
 from polycube.errors import InputError
 from polycube.io.access.stored import read_json
 from polycube.pipeline.settings import Node, Settings
@@ -22,6 +21,8 @@ STAGES = {  # stages in order, with the settings that no later stage uses
     "analysis": [],
 }
 ADVICE = "meshing.otherwise"  # a text that is printed only
+FILES = ("mesh", "hex")
+REMEDY = "run the part again without resume="
 
 
 def with_earlier_settings(settings: Settings) -> Settings:
@@ -36,32 +37,31 @@ def with_earlier_settings(settings: Settings) -> Settings:
     path = settings.resume and settings.resume / "config.json"
     if path is None or start.partition("/")[0] not in STAGES or not path.is_file():
         return settings  # `Run` refuses an unknown stage and a folder without results
-    now, earlier = settings.composed, _read(path)
+    now, earlier = settings.composed, read_json(path, REMEDY)
     names = list(STAGES)
     loaded = names[: names.index(start.partition("/")[0])]
     groups = [group for stage in loaded for group in STAGES[stage] if group in earlier]
-    changed = _changed(now, earlier)
-    without_effect = [name for name in changed if name.partition(".")[0] in groups]
-    if start in now["meshing"]["order"]:
-        without_effect += [name for name in changed if _is_before(start, name, now["meshing"])]
-    for name in without_effect[:1]:
-        raise InputError(
-            f"{_value(now, name)} has no effect, because the result of the resumed run is used, "
-            f"which was made with {_value(earlier, name)}",
-            name,
-            "leave it out, or start at an earlier stage with from=",
-        )
+    new, old = _options(now), _options(earlier)
+    for name in _changed(new, old):
+        if name.partition(".")[0] in groups or _is_before(start, name, now["meshing"]):
+            raise InputError(
+                f"{new[name]} has no effect, because the result of the resumed run is used, "
+                f"which was made with {old[name]}",
+                name,
+                "leave it out, or start at an earlier stage with from=",
+            )
     return Settings.of({**now, **{group: earlier[group] for group in groups}})
 
 
-def _read(path: Path) -> Node:
-    return read_json(path, "run the part again without resume=")
+def _options(settings: Node) -> dict[str, Any]:
+    """Values of all options by their full names."""
+    return {name: value for name, value in by_name(settings) if not isinstance(value, Mapping)}
 
 
 def _changed(now: Node, earlier: Node) -> list[str]:
-    """Settings whose value is neither that of the earlier run nor the default, outer ones first.
+    """Options whose value is neither that of the earlier run nor the default, outer ones first.
 
-    Settings of plugins that follow from a setting of the run, such as `seed` or `meshing.size`, are
+    Options of plugins that follow from a setting of the run, such as `seed` or `meshing.size`, are
     left out; that setting itself is in the list.
     """
     source = {
@@ -70,80 +70,47 @@ def _changed(now: Node, earlier: Node) -> list[str]:
         for option in options(kind, cls).values()
         if "setting" in option.metadata
     }
-    before, default = _by_name(earlier), _defaults()
+    default = _options(compose("infer"))
     found = []
-    for name, value in _by_name(now).items():
+    for name, value in now.items():
         setting = source.get(name.rpartition(".")[2], name)
-        is_derived = setting != name and value == _value(now, setting)
-        if is_derived or name not in before or name == ADVICE:
+        is_derived = setting != name and value == now.get(setting)
+        if is_derived or name not in earlier or name == ADVICE:
             continue
-        if name in ("mesh", "hex") and _is_same_file(value, before[name]):
-            continue
-        if value not in (before[name], default.get(name)):
+        paths = [str(each[name]) for each in (now, earlier) if each[name] and name in FILES]
+        is_same_file = len(paths) == 2 and Path(paths[0]).resolve() == Path(paths[1]).resolve()
+        if not is_same_file and value not in (earlier[name], default.get(name)):
             found.append(name)
     return sorted(found, key=lambda name: name.count("."))
 
 
-@cache
-def _defaults() -> dict[str, Any]:
-    return _by_name(compose("infer"))
-
-
-def _by_name(settings: Node) -> dict[str, Any]:
-    """Values by their full names."""
-    return {name: value for group in settings for name, value in _flat(settings[group], group)}
-
-
-def _is_same_file(path: object, other: object) -> bool:
-    return bool(path and other) and Path(str(path)).resolve() == Path(str(other)).resolve()
-
-
 def _is_before(start: str, name: str, meshing: Node) -> bool:
-    """Whether a setting is used only by meshing stages before `start`."""
+    """Whether an option is used only by meshing stages before `start`."""
+    if start not in meshing["order"] or not name.startswith("meshing."):
+        return False
     place = meshing["order"].index(start)
     stages = [stage.partition("/")[2] for stage in meshing["order"]]
     later = {option for stage in stages[place:] for option in meshing[stage]}
     group, _, option = name.removeprefix("meshing.").partition(".")
-    if not name.startswith("meshing."):
-        return False
     if option:
         return group in stages[:place]
     return group not in later and any(group in meshing[stage] for stage in stages[:place])
 
 
-def _value(settings: Any, name: str) -> Any:
-    for key in name.split("."):
-        settings = settings.get(key) if isinstance(settings, Mapping) else None
-    return settings
-
-
-def warn_of_changed_settings(
-    resumed: Path, now: Mapping[str, object], kinds: Iterable[str]
-) -> None:
+def warn_of_changed_settings(resumed: Path, now: Node, kinds: Iterable[str]) -> None:
     """Log the settings of the remaining stages that differ from those of the resumed run."""
     path = resumed / "config.json"
     if path.is_file():
-        for sentence in changed_settings(now, _read(path), kinds):
+        for sentence in changed_settings(now, read_json(path, REMEDY), kinds):
             logger.warning("warning: resumed with other settings: %s", sentence)
 
 
-def changed_settings(
-    now: Mapping[str, object], before: Mapping[str, object], kinds: Iterable[str]
-) -> list[str]:
+def changed_settings(now: Node, before: Node, kinds: Iterable[str]) -> list[str]:
     """List the settings of these kinds that differ from those of the resumed run."""
     groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
-    new, old = (_by_name({group: each.get(group) for group in groups}) for each in (now, before))
+    new, old = (_options({group: each.get(group) for group in groups}) for each in (now, before))
     return [
         f"{name} is {new.get(name)}, was {old.get(name)}"
         for name in {**new, **old}
         if new.get(name) != old.get(name)
     ]
-
-
-def _flat(value: object, name: str) -> Iterator[tuple[str, object]]:
-    """Full names and values in a setting."""
-    if not isinstance(value, Mapping):
-        yield name, value
-        return
-    for key, item in value.items():
-        yield from _flat(item, f"{name}.{key}")

@@ -39,7 +39,7 @@ def numbers(mesh: HexMesh, surface: TriMesh, goal: Goal | None = None) -> Json |
                 "kind": each.kind,
                 "shape": each.shape,
                 "faces": [face_set(surface, face) for face in each.faces],
-                "names": [_name(surface, face) for face in each.faces],
+                "names": [face_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "distance": each.distance,
                 "limit": each.limit(goal),
@@ -51,7 +51,7 @@ def numbers(mesh: HexMesh, surface: TriMesh, goal: Goal | None = None) -> Json |
             {
                 "kind": each.kind,
                 "faces": [face_set(surface, face) for face in each.faces],
-                "names": [_name(surface, face) for face in each.faces],
+                "names": [face_name(surface, face) for face in each.faces],
                 "at": list(each.place),
                 "degrees": np.degrees(each.angle),
             }
@@ -66,6 +66,6 @@ def limit(numbers: Json) -> str:
     return f"{100 * numbers['tolerance']:g} % of the diagonal{of_size}"
 
 
-def _name(surface: TriMesh, face: int) -> str:
+def face_name(surface: TriMesh, face: int) -> str:
     """Name of a CAD face in the file; "" if there is none."""
     return surface.region_names[face - 1] if surface.region_names else ""

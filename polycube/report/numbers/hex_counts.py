@@ -48,10 +48,7 @@ def numbers(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]
         ("around", "around_hole", holes),
     ):
         least = least_around(meshing.get(setting, getattr(MeshingSettings, setting)))
-        fewer += [
-            {"at": name, "kind": kind, "wanted": least, "reached": has}
-            for name, has in found.items()
-            if has < least
-        ]
+        few = {name: has for name, has in found.items() if has < least}
+        fewer += [{"at": n, "kind": kind, "wanted": least, "reached": few[n]} for n in few]
     fewer.sort(key=lambda row: row["reached"] / row["wanted"])
     return {"at": at, "walls": len(walls), "holes": len(holes), "fewer": fewer}

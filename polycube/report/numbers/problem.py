@@ -9,7 +9,6 @@ from polycube.analysis.problem import (
     MATERIALS,
     Applied,
     Conduction,
-    Material,
     Prescribed,
     Problem,
     Statics,
@@ -67,13 +66,9 @@ def _material(problem: Problem) -> str:
         return ""
     found = problem.material
     name = next((name for name, each in MATERIALS.items() if each == found), "given by its values")
-    return f"{name.capitalize()}: {_values(found)}"
-
-
-def _values(material: Material) -> str:
     return (
-        f"Young's modulus {number(material.young / 1e9)} GPa, Poisson's ratio "
-        f"{number(material.poisson)}, density {number(material.density)} kg/m³"
+        f"{name.capitalize()}: Young's modulus {number(found.young / 1e9)} GPa, Poisson's ratio "
+        f"{number(found.poisson)}, density {number(found.density)} kg/m³"
     )
 
 
@@ -112,10 +107,8 @@ def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
             yield None, f"Gravity of {size} m/s², {_vector(problem.acceleration)}"
     if isinstance(problem, Conduction):
         for flow in problem.flows:
-            yield (
-                flow.place,
-                f"Flux of {number(flow.flux)} W/m² into {describe_place(flow.place)[0]}",
-            )
+            into = describe_place(flow.place)[0]
+            yield flow.place, f"Flux of {number(flow.flux)} W/m² into {into}"
         if problem.source:
             yield None, f"Heat source of {number(problem.source)} W/m³ in the whole part"
 

@@ -26,14 +26,8 @@ WAYS = ("spline_to_surface", "surface_to_spline")
 SPLINE_LIMIT = 0.015
 _ENDS = ("_max", "_mean", "_p95", "_p99")  # suffixes of the names of distances
 # ranges of the histograms; the last bar includes larger values, so that runs can be compared
-RANGES = {
-    "scaled_jacobian": (0.0, 1.0),
-    "edge_ratio": (1.0, 9.0),
-    "max_edge_ratio": (1.0, 9.0),
-    "skew": (0.0, 1.0),
-    "condition": (1.0, 5.0),
-    "shape": (0.0, 1.0),
-}
+RANGES = dict.fromkeys(("scaled_jacobian", "skew", "shape"), (0.0, 1.0))
+RANGES |= {"edge_ratio": (1.0, 9.0), "max_edge_ratio": (1.0, 9.0), "condition": (1.0, 5.0)}
 
 
 @lru_cache(maxsize=2)
@@ -76,17 +70,14 @@ def full(
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
     lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
+    worst_quad = mesh.quads[quad_deviation(mesh, surface).argmax()]
     return {
         **numbers,
         "deviation": {
             "unit": surface.unit or "model units",
             "diagonal": diagonal,
             **lengths,
-            "mesh_to_surface_max_at": mesh.vertices[
-                mesh.quads[quad_deviation(mesh, surface).argmax()]
-            ]
-            .mean(axis=0)
-            .tolist(),
+            "mesh_to_surface_max_at": mesh.vertices[worst_quad].mean(axis=0).tolist(),
             "surface_to_mesh_max_at": farthest(mesh, surface).tolist(),
         },
         "quality": {
@@ -125,11 +116,8 @@ def spline_warnings(numbers: object) -> list[str]:
 
 
 def distances(name: str, distances: quality.Distances) -> dict[str, float]:
-    return {
-        f"{name}_max": distances.largest,
-        f"{name}_mean": distances.mean,
-        f"{name}_p99": distances.p99,
-    }
+    values = {"max": distances.largest, "mean": distances.mean, "p99": distances.p99}
+    return {f"{name}_{end}": value for end, value in values.items()}
 
 
 def histogram(name: str, values: np.ndarray) -> dict[str, list]:

@@ -20,7 +20,7 @@ from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project
 from polycube.surface import measures
-from polycube.types import Candidate, HexMesh, Json, Polycube, Spline, TriMesh
+from polycube.types import Candidate, Json, Polycube, Spline, TriMesh
 
 Numbers = dict[str, object]
 
@@ -44,9 +44,8 @@ def summarize(
     if state.polycube is not None:
         report["polycube"] = _polycube(state, state.polycube, bool(config["context"]))
     if state.moves:
-        report["search"] = [
-            {**asdict(each), "expected": each.expected._asdict()} for each in state.moves
-        ]
+        moves = [(asdict(move), move.expected._asdict()) for move in state.moves]
+        report["search"] = [{**move, "expected": expected} for move, expected in moves]
     if state.hexes is not None:
         context = state.polycube.context if state.polycube else ()
         goal = state.verdict.goal if state.verdict else None
@@ -65,35 +64,25 @@ def summarize(
         report["repair"] = dict(state.repair)
     if state.points is not None:
         report["points"] = dict(state.points)
-    return (
-        report
-        | _outcome(state, report)
-        | {
-            "seed": config["seed"],
-            "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
-            "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
-            "version": __version__,
-            "made": _made(),
-        }
-    )
-
-
-def _made() -> dict[str, str]:
-    """When and where the report was made."""
     system = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
     return {
-        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "machine": f"{platform.node()}: {system}".removeprefix(": "),
+        **report,
+        **_outcome(state, report),
+        "seed": config["seed"],
+        "seconds": {stage: round(spent, 3) for stage, spent in seconds.items()},
+        "effort": {stage: dict(spent) for stage, spent in effort.items() if spent},
+        "version": __version__,
+        "made": {
+            "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+            "machine": f"{platform.node()}: {system}".removeprefix(": "),
+        },
     }
 
 
 def _outcome(state: RunState, report: Numbers) -> Numbers:
     """Whether the result is valid, and the warnings."""
-    hexes: HexMesh | None = state.hexes
-    found: Numbers = {
-        "valid": state.failure is None,
-        "warnings": [*state.warnings, *(hexes.warnings if hexes else ())],
-    }
+    of_mesh = state.hexes.warnings if state.hexes else ()
+    found: Numbers = {"valid": state.failure is None, "warnings": [*state.warnings, *of_mesh]}
     if state.failure is not None:
         found["failure"] = state.failure
     if state.unfitted is not None:
@@ -103,10 +92,8 @@ def _outcome(state: RunState, report: Numbers) -> Numbers:
     if state.interrupted:
         found["interrupted"] = True
     if state.verdict is not None:
-        found["mesh_warnings"] = [
-            *state.verdict.warnings,
-            *quality.spline_warnings(report.get("spline")),
-        ]
+        of_spline = quality.spline_warnings(report.get("spline"))
+        found["mesh_warnings"] = [*state.verdict.warnings, *of_spline]
     return found
 
 

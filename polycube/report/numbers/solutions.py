@@ -3,14 +3,8 @@
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers.formatting import (
-    coordinates,
-    displacement_error,
-    frequency,
-    largest,
-    plus_minus,
-    text,
-)
+from polycube.report.numbers import formatting
+from polycube.report.numbers.formatting import N_FREQUENCIES, coordinates, text
 from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 
@@ -85,23 +79,24 @@ def _largest(spline: Spline, name: str, values: np.ndarray) -> dict[str, object]
     return {f"max_{name}": float(values.max()), f"max_{name}_at": at.tolist()}
 
 
-N_FREQUENCIES = 3  # number of frequencies at the top of the page
-
-
 def tiles(report: Json) -> dict[str, tuple[str, str]]:
     """The main numbers of the solution for the top of the page: value and note by name."""
     if "modes" in report:
-        return _frequencies(report["modes"])
+        modes, unit = report["modes"], report["modes"].get("units", {}).get("frequency", "")
+        found = modes["frequency_hz"][modes.get("rigid", 6) :][:N_FREQUENCIES]
+        first, *others = [formatting.frequency(each, unit) for each in found] or [""]
+        note = f"then {', '.join(others)}" if others else ""
+        return {"first elastic frequency": (first, note)} if first else {}
     if "static" in report:
         found = report["static"]
         unit = found.get("units", {}).get("length", "")
-        error = plus_minus(displacement_error(found))
+        error = formatting.plus_minus(formatting.displacement_error(found))
         moved = f"{text(found['max_displacement'])} {unit}{error}"
         place = f"at {coordinates(found['max_von_mises_at'])}"
         on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
         return {
             "largest displacement": (moved, f"at {coordinates(found['max_displacement_at'])}"),
-            "largest von Mises stress": (largest(found), place + on),
+            "largest von Mises stress": (formatting.largest(found), place + on),
         }
     if "poisson" in report:
         found = report["poisson"]
@@ -110,12 +105,3 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
         ends = f"{text(found['min_u'])} to {text(found['max_u'])} {unit.get('u', '')}"
         return {"u": (ends.strip(), f"largest flux {flux}".strip())}
     return {}
-
-
-def _frequencies(modes: Json) -> dict[str, tuple[str, str]]:
-    rigid, unit = modes.get("rigid", 6), modes.get("units", {}).get("frequency", "")
-    elastic = [frequency(f, unit) for f in modes["frequency_hz"][rigid:][:N_FREQUENCIES]]
-    if not elastic:
-        return {}
-    note = f"then {', '.join(elastic[1:])}" if elastic[1:] else ""
-    return {"first elastic frequency": (elastic[0], note)}

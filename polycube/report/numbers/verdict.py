@@ -40,13 +40,11 @@ def verdict(report: Json) -> tuple[str, str]:
     """Mark and text of the verdict on the mesh."""
     if report.get("partly_fitted"):
         return BAD, "Hex mesh without inverted hexes, only partly fitted"
-    if not report.get("valid") and "solids" in report:
-        return BAD, "No valid hex mesh of all solids"
     if not report.get("valid"):
-        return BAD, "No valid result"
-    return (
-        (WARNING, "Valid hex mesh with warnings") if reasons(report) else (GOOD, "Valid hex mesh")
-    )
+        return BAD, "No valid hex mesh of all solids" if "solids" in report else "No valid result"
+    if reasons(report):
+        return WARNING, "Valid hex mesh with warnings"
+    return GOOD, "Valid hex mesh"
 
 
 def why(report: Json) -> tuple[str, list[str]]:
@@ -148,9 +146,8 @@ def _spline(report: Json) -> list[Tile]:
     is_positive = numbers["is_positive"]
     mark = GOOD if is_positive and p99 < SPLINE_LIMIT else WARNING
     least = f"smallest det J {numbers['min_scaled_detj']:.3f} of its mean"
-    note = (
-        f"{text(numbers['functions'])} functions; {least if is_positive else 'det J not positive'}"
-    )
+    sign = least if is_positive else "det J not positive"
+    note = f"{text(numbers['functions'])} functions; {sign}"
     value = share = f"{100 * p99:.2g} % of the diagonal"
     diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
     if diagonal:
@@ -159,17 +156,14 @@ def _spline(report: Json) -> list[Tile]:
     return [Tile(value, name, f"limit {100 * SPLINE_LIMIT:g} %; {note}", mark)]
 
 
-def _solution(report: Json) -> list[Tile]:
-    found = solutions.tiles(report)
-    return [Tile(value, name, note) for name, (value, note) in found.items()]
-
-
-TILES = (_worst, _features, _count, _distance, _volume, _spline, _solution)
+TILES = (_worst, _features, _count, _distance, _volume, _spline)
 
 
 def tiles(report: Json) -> list[Tile]:
     """The main numbers of a run."""
-    return [tile for make in TILES for tile in make(report)]
+    found = [tile for make in TILES for tile in make(report)]
+    of_solution = solutions.tiles(report).items()
+    return found + [Tile(value, name, note) for name, (value, note) in of_solution]
 
 
 def length_unit(report: Json) -> str:
@@ -185,33 +179,18 @@ def length_unit(report: Json) -> str:
 def about(report: Json) -> dict[str, str | None]:
     """Size, unit, origin and time of a run, by name; None where unknown."""
     found, made = report.get("input", {}), report.get("made", {})
-    spent = sum(report.get("seconds", {}).values())
-    version = report.get("version")
+    spent, unit = sum(report.get("seconds", {}).values()), length_unit(report)
+    version, box, date = report.get("version"), found.get("bbox"), made.get("date", "")
+    sides = [text(high - low) for low, high in zip(*box, strict=True)] if box else []
     return {
-        "size": _size(found.get("bbox"), length_unit(report)),
-        "length unit": _unit(report),
-        "date": _date(made.get("date", "")) or None,
+        "size": f"{' × '.join(sides)} {unit}" if box else None,
+        "length unit": "unknown" if unit == UNKNOWN else described(*_units(report)),
+        # 2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00
+        "date": f"{date[:10]} {date[11:16]} {date[19:]}".strip() or None,
         "made by": f"polycube {version}, seed {report.get('seed')}" if version else None,
         "machine": made.get("machine"),
         "time of the stages": f"{spent:.1f} s" if spent else None,
     }
-
-
-def _date(time: str) -> str:
-    """2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00."""
-    return f"{time[:10]} {time[11:16]} {time[19:]}".strip()
-
-
-def _size(box: list[list[float]] | None, unit: str) -> str | None:
-    if not box:
-        return None
-    sides = [text(high - low) for low, high in zip(*box, strict=True)]
-    return f"{' × '.join(sides)} {unit}"
-
-
-def _unit(report: Json) -> str:
-    """The length unit, and where it comes from."""
-    return "unknown" if length_unit(report) == UNKNOWN else described(*_units(report))
 
 
 def _units(report: Json) -> tuple[str | None, str]:

@@ -1,10 +1,10 @@
 """The page of an assembly: a row per solid with a link to its report, and the contacts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from polycube.report.page.html import header, page
-from polycube.report.page.templates import Link, Row, render, show
+from polycube.report.page.templates import Link, render
 from polycube.report.page.views.viewer import viewer
 from polycube.types import HexMesh, Json
 
@@ -22,64 +22,14 @@ def assembly_page(
     folder : folder that contains the folders of the solids
     files : files of the assembly in this folder
     """
+    made = [(solid["name"], f"{solid['name']}/report.html") for solid in report["solids"]]
     body = render(
         "assembly.html",
         view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
-        solids=_solids(report, folder),
-        contacts=[_contact(each) for each in report["contacts"]],
+        solids=report["solids"],
+        links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
+        contacts=report["contacts"],
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )
     return page(title, body, header(report))
-
-
-def _solids(report: Json, folder: Path) -> list[Row]:
-    rows: list[Row] = []
-    for solid in report["solids"]:
-        target = f"{solid['name']}/report.html"
-        is_there = (folder / target).is_file()
-        rows.append(
-            {
-                "solid": Link(solid["name"], target) if is_there else solid["name"],
-                "number": solid["number"],
-                "same as": solid.get("same_as"),
-                "volume": solid["volume"],
-                "hexes": solid["hexes"],
-                "least scaled Jacobian": solid["min_scaled_jacobian"],
-                "features kept": _preserved(solid["features"]),
-                "result": solid["result"],
-                "exit": solid["exit"],
-                "says": solid["says"] or None,
-            }
-        )
-    return rows
-
-
-def _preserved(features: Mapping[str, Mapping[str, int]] | None) -> str | None:
-    if not features:
-        return None
-    counts = [features[kind] for kind in ("points", "curves", "faces")]
-    total = sum(each["all"] for each in counts)
-    return f"{total - sum(each['lost'] for each in counts)} of {total}"
-
-
-def _contact(found: Json) -> Row:
-    return {
-        "solids": " – ".join(found["solids"]),
-        "faces": " – ".join(map(_face, found["faces"], found["names"])),
-        "area": found["area"],
-        "meshes agree": found["agree"],
-        "quads": " – ".join(map(show, found.get("quads", ()))) or None,
-        "common quads": found.get("common_quads"),
-        "of the area": _share(found),
-    }
-
-
-def _face(number: str, name: str) -> str:
-    return f"{number} ({name})" if name else number
-
-
-def _share(contact: Json) -> str | None:
-    if "common_area" not in contact:
-        return None
-    return f"{100 * contact['common_area'] / contact['area']:.3g} %"

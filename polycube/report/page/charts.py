@@ -7,7 +7,6 @@ from markupsafe import Markup
 
 from polycube.report.page.templates import element
 from polycube.report.pictures.colours import QUALITY_COLOURS, hex_colour, ramp
-from polycube.types import Json
 
 N_BINS = 20  # bars of the histogram: wide enough for touch screens
 
@@ -24,10 +23,11 @@ def histogram(quality: np.ndarray, bins: int = N_BINS) -> Markup:
     for i, bar in enumerate(found):
         bar |= {"low": f"{edges[i]:.4f}", "high": f"{edges[i + 1]:.4f}"}
         bar["colour"] = hex_colour(colours[i])
-    marks = [
-        _mark(name, float(value), (value - low) / (1 - low))
-        for name, value in (("min", quality.min()), ("mean", quality.mean()))
-    ]
+    marks = []
+    for name, value, turn in (("min", quality.min(), 0.25), ("mean", quality.mean(), 0.75)):
+        share = (value - low) / (1 - low)  # the text is on the side with more space
+        mark = {"name": name, "value": f"{value:.3f}", "percent": f"{100 * share:.2f}"}
+        marks.append({**mark, "is_left": share > turn})
     ticks = [f"{tick:g}" for tick in np.linspace(low, 1, 6 if low == 0 else 5)]
     least = f"{quality.min():.3f}"
     chart = {"bars": found, "marks": marks, "ticks": ticks, "least": least}
@@ -60,15 +60,7 @@ def _bars(edges: Sequence[float] | np.ndarray, counts: Iterable[int]) -> list[di
     found: list[dict[str, object]] = []
     for i, count in enumerate(counts):
         between = f"{edges[i]:.3g} to {edges[i + 1]:.3g}"
-        height = max(100 * count / most, 2.0) if count else 0.0
+        height = f"{max(100 * count / most, 2.0) if count else 0.0:.1f}"
         title = f"{between}: {count} hexes"
-        bar = {"range": between, "title": title, "count": count, "height": f"{height:.1f}"}
-        found.append(bar)
+        found.append({"range": between, "title": title, "count": count, "height": height})
     return found
-
-
-def _mark(name: str, value: float, share: float) -> Json:
-    """A line at a share of the width, with its text on the side with more space."""
-    is_left = share > (0.25 if name == "min" else 0.75)
-    found = {"name": name, "value": f"{value:.3f}", "percent": f"{100 * share:.2f}"}
-    return {**found, "is_left": is_left}

@@ -5,7 +5,7 @@ from markupsafe import Markup
 
 from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page.templates import NOTHING, Pictures, Row, point, render
+from polycube.report.page.templates import NOTHING, Pictures, render
 from polycube.types import Json
 
 N_SHOWN = 60  # lost features in the table, the farthest first
@@ -16,65 +16,19 @@ def features(report: Json, pictures: Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return NOTHING
-    counts = [
-        {
-            "of the CAD model": f"{kind}s",
-            "all": found[f"{kind}s"]["all"],
-            "lost": found[f"{kind}s"]["lost"],
-        }
-        for kind in KINDS
-    ]
+    lost, sharp = found["lost"], found.get("acute", [])
+    size = lost[0]["length"] / lost[0]["distance"] if lost else 1.0  # the diagonal
+    sharp = [{**each, "best": np.sin(np.radians(each["degrees"])).round(2)} for each in sharp]
+    extent = max([abs(value) for each in sharp for value in each["at"]], default=1.0)
     return render(
         "features.html",
         found=found,
+        sharp=sharp,
         most=N_SHOWN,
-        counts=counts,
+        counts=[{"of the CAD model": f"{kind}s", **found[f"{kind}s"]} for kind in KINDS],
         limit=limit(found),
         picture=pictures.get("features"),
-        lost=_lost(found["lost"], length_unit(report)),
-        acute=_acute(found.get("acute", [])),
+        unit=length_unit(report),
+        digits=4 - int(np.log10(size)),
+        sharp_digits=4 - int(np.log10(max(extent, 1e-300))),
     )
-
-
-def _lost(features: list[Json], unit: str) -> list[Row]:
-    """Rows of the lost features, the farthest first."""
-    if not features:
-        return []
-    size = features[0]["length"] / features[0]["distance"]  # the diagonal
-    digits = 4 - int(np.log10(size))
-    return [
-        {
-            "kind": f"{each['kind']}, {each['shape']}" if each["shape"] else each["kind"],
-            "of": _faces(each),
-            "distance, % of the diagonal": 100 * each["distance"],
-            unit: each["length"],
-            "at": point(each["at"], digits),
-        }
-        for each in features[:N_SHOWN]
-    ]
-
-
-def _acute(features: list[Json]) -> list[Row]:
-    """Rows of the sharp places, the sharpest first."""
-    if not features:
-        return []
-    extent = max(abs(value) for each in features for value in each["at"])
-    digits = 4 - int(np.log10(max(extent, 1e-300)))
-    return [
-        {
-            "kind": each["kind"],
-            "of": _faces(each),
-            "angle, degrees": round(each["degrees"], 1),
-            "largest possible scaled Jacobian": round(
-                float(np.sin(np.radians(each["degrees"]))), 2
-            ),
-            "at": point(each["at"], digits),
-        }
-        for each in features[:N_SHOWN]
-    ]
-
-
-def _faces(feature: Json) -> str:
-    """The CAD faces of a feature, with their names in the file."""
-    pairs = zip(feature["faces"], feature["names"], strict=True)
-    return ", ".join(f"{face} ({name})" if name else face for face, name in pairs)

@@ -18,7 +18,6 @@ from polycube.types import HexMesh, Json, TriMesh
 
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 N_SHOWN = 10  # rows, the worst first
-KINDS = {"around": "edges round", "through": "hexes through", "size": "length of edges"}
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -28,12 +27,15 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     worst, unit = int(quality.argmin()), length_unit(report)
+    shapes = numbers.get("quality", {})
+    ends = {name: shapes[name]["min" if MEASURES[name][1] is min else "max"] for name in shapes}
+    is_improved = bool(report.get("given") and numbers)
     at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return render(
         "hexes.html",
         pictures=pictures,
         unit=unit,
-        before=_improved(report),
+        before={"as given": report["given"], "improved": numbers} if is_improved else {},
         histogram=charts.histogram(quality),
         mesh=mesh,
         quality=quality,
@@ -41,49 +43,25 @@ def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
         numbers=numbers,
         cad_faces=len(np.unique(state.surface.region)),
         worst_caption=f"Worst hex: number {worst}, at {at}.",
-        measures=_measures(numbers),
-        spreads=_spreads(numbers),
+        measures=MEASURES,
+        worst_values=ends,
+        spreads=_spreads(numbers, ends),
         worst=_worst(numbers, unit),
         deviation=_deviation(state.surface, numbers),
         primitives=_primitives(state, mesh),
     )
 
 
-def _measures(numbers: Json) -> list[Row]:
-    """Other measures of finite-element programs."""
-    found = numbers.get("quality", {})
-    return [
-        {
-            "measure": _spaced(name),
-            "worst": _worst_value(name, found),
-            "mean": found[name]["mean"],
-            "best": found[name]["max" if bad is min else "min"],
-            "cube": perfect,
-            "what": meaning,
-        }
-        for name, (perfect, bad, meaning) in MEASURES.items()
-        if found
-    ]
+def _spreads(numbers: Json, ends: Json) -> list[Markup]:
+    """Small histograms of the measures beside the scaled Jacobian.
 
-
-def _spreads(numbers: Json) -> list[Markup]:
-    """Small histograms of these measures."""
-    shapes = numbers.get("histograms", {})
-    shown = [name for name in MEASURES if name not in ("scaled_jacobian", "max_edge_ratio")]
-    return [
-        charts.spread(
-            _spaced(name),
-            shapes[name]["edges"],
-            shapes[name]["counts"],
-            f"worst {show(_worst_value(name, numbers['quality']))}",
-        )
-        for name in shown
-        if shapes
-    ]
-
-
-def _worst_value(name: str, found: Json) -> float:
-    return float(found[name]["min" if MEASURES[name][1] is min else "max"])
+    ends : worst value of each measure
+    """
+    found = []
+    for name, shape in numbers.get("histograms", {}).items():
+        if name not in ("scaled_jacobian", "max_edge_ratio"):
+            found.append(charts.spread(_spaced(name), **shape, worst=f"worst {show(ends[name])}"))
+    return found
 
 
 def _worst(numbers: Json, unit: str) -> list[Row]:
@@ -107,10 +85,8 @@ def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    return {
-        "rows": distance_rows(numbers, ways, diagonal(surface)),
-        "lengths": numbers.get("deviation", {}),
-    }
+    rows = distance_rows(numbers, ways, diagonal(surface))
+    return {"rows": rows, "lengths": numbers.get("deviation", {})}
 
 
 def _primitives(state: RunState, mesh: HexMesh) -> Json:
@@ -129,26 +105,6 @@ def _primitives(state: RunState, mesh: HexMesh) -> Json:
     }
 
 
-def _improved(report: Json) -> list[Row]:
-    """Comparison before and after, if the run started with hexes."""
-    given, made = report.get("given"), report.get("hex")
-    if not given or not made:
-        return []
-    return [
-        {
-            "mesh": name,
-            "hexes": numbers["hexes"],
-            "scaled Jacobian, min": numbers["min_scaled_jacobian"],
-            "mean": numbers["mean_scaled_jacobian"],
-            "inverted": numbers["inverted"],
-            "input to mesh, 99th percentile, % of diagonal": 100 * numbers["surface_to_mesh_p99"],
-            "vertices off, % of diagonal": 100 * numbers["vertex_off_surface_max"],
-            "volume error, %": 100 * numbers["volume_error"],
-        }
-        for name, numbers in {"as given": given, "improved": made}.items()
-    ]
-
-
 def _spaced(measure: str) -> str:
     return measure.replace("_", " ").replace("jacobian", "Jacobian")
 
@@ -158,16 +114,4 @@ def hex_counts(report: Json) -> Markup:
     found = report.get("hex", {}).get("counts")
     if not found:
         return NOTHING
-    requests, fewer = found["at"], found["fewer"]
-    rows = [
-        {
-            "at": row["at"],
-            "what": KINDS[row["kind"]],
-            "wanted": row["wanted"],
-            "reached": row["reached"],
-            "result": "met" if row.get("met") else "not met",
-        }
-        for row in (*sorted(requests, key=lambda row: row["met"]), *fewer)
-    ]
-    kinds = Counter(row["kind"] for row in fewer)
-    return render("hex_counts.html", found=found, kinds=kinds, rows=rows, most=N_SHOWN)
+    return render("hex_counts.html", found=found, most=N_SHOWN)

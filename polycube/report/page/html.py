@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from markupsafe import Markup
@@ -15,7 +15,6 @@ from polycube.report.numbers.verdict import about, tiles, verdict, why
 from polycube.report.page import sections
 from polycube.report.page.features import features
 from polycube.report.page.hexes import hex_counts, hexes
-from polycube.report.page.sections import reconstruction, repairs
 from polycube.report.page.sets import sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
@@ -37,6 +36,8 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
     """
     drawn = pictures(state, problem_of(report.get("config", {}))) if drawing else {}
     moving = denoising(drawn)
+    here = {name for name in manifest.files(folder) if "/" not in name}
+    here |= {*moving, "report.json", "config.json"}
     parts = [
         sections.view(state, report),
         sections.warnings(report),
@@ -48,13 +49,13 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
         problem(report, drawn),
         solution(state, report, drawn),
         sections.surface(state, report, drawn),
-        reconstruction(report),
-        repairs(report),
+        sections.change(report, "points"),
+        sections.change(report, "repair"),
         sections.structure(state, report, drawn),
         sections.denoising(report, moving),
         sections.search(report),
         _settings(report),
-        _files([*manifest.files(folder), *moving]),
+        element(sections.TEMPLATE, "files", here - {"report.html"}),
     ]
     name = Path(str(report.get("input", {}).get("path", "part"))).name
     body = Markup("\n").join(filter(None, parts))
@@ -86,10 +87,8 @@ def _settings(report: Json) -> Markup:
     config = report.get("config")
     if not config:
         return NOTHING
-    blocks = {
-        "All options of this run": _yaml(config),
-        "What to cite, as BibTeX": bibtex(report, config),
-    }
+    blocks = {"All options of this run": _yaml(config)}
+    blocks["What to cite, as BibTeX"] = bibtex(report, config)
     return element(sections.TEMPLATE, "settings", blocks)
 
 
@@ -102,11 +101,6 @@ def _yaml(value: Json, indent: int = 0) -> str:
         else:
             lines.append(f"{' ' * indent}{name}: {json.dumps(item, default=str)}")
     return "\n".join(lines)
-
-
-def _files(made: Iterable[str]) -> Markup:
-    here = {name for name in made if "/" not in name} - {"report.html"}
-    return element(sections.TEMPLATE, "files", here | {"report.json", "config.json"})
 
 
 def header(report: Json, picture: bytes | None = None) -> Markup:

@@ -52,9 +52,8 @@ def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if not numbers.keys() - {"bbox"}:
         return NOTHING
     sides = np.ptp(numbers.get("bbox", [[0.0] * 3] * 2), axis=0)
-    return element(
-        TEMPLATE, "input", pictures.get("input"), numbers, sides.tolist(), length_unit(report)
-    )
+    picture, unit = pictures.get("input"), length_unit(report)
+    return element(TEMPLATE, "input", picture, numbers, sides.tolist(), unit)
 
 
 def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -62,11 +61,8 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
     numbers = dict(_named(report.get("polycube", {})))
     candidates = list(numbers.pop("candidates", ()))
     chosen = numbers.pop("chosen", 0)
-    if (
-        not numbers
-        and not candidates
-        and not {"polycube", "section", "labels", "proposals"} & set(pictures)
-    ):
+    shown = {"polycube", "section", "labels", "proposals"}.intersection(pictures)
+    if not numbers and not candidates and not shown:
         return NOTHING
     numbers = {STRUCTURE.get(name, name): value for name, value in numbers.items()}
     if "grid" in numbers:
@@ -123,36 +119,14 @@ def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
 def search(report: Json) -> Markup:
     """How the mesh was found: what the search tried, and where the time went."""
     spent, moves = report.get("seconds"), report.get("search", ())
-    rows = [
-        {
-            "move": row["name"],
-            "expected gain": row["expected"]["gain"],
-            "gain": row["gain"],
-            "expected work": row["expected"]["work"],
-            "work": row["work"],
-            "seconds": round(row["seconds"], 1),
-            "hexes": row["hexes"] or None,
-            "result": row["result"],
-        }
-        for row in moves
-    ]
-    if not spent and not rows:
+    if not spent and not moves:
         return NOTHING
     gains = [number for number, row in enumerate(moves) if row["gain"] > 0 and row["hexes"]]
-    return element(TEMPLATE, "search", rows, gains[-1] if gains else None, charts.bars(spent or {}))
+    last = gains[-1] if gains else None
+    return element(TEMPLATE, "search", moves, last, charts.bars(spent or {}))
 
 
-def repairs(report: Json) -> Markup:
-    """The changes in order, and the displacement of the surface; empty if there are none."""
-    numbers = report.get("repair")
-    if not numbers:
-        return NOTHING
-    return element("repairs.html", "repair", numbers, length_unit(report))
-
-
-def reconstruction(report: Json) -> Markup:
-    """How the surface was made of a point cloud; empty where the input was a surface."""
-    numbers = report.get("points")
-    if not numbers:
-        return NOTHING
-    return element("repairs.html", "points", numbers, length_unit(report))
+def change(report: Json, name: str) -> Markup:
+    """What was done to the input: "repair", or "points" of which the surface was made."""
+    numbers = report.get(name)
+    return element("repairs.html", name, numbers, length_unit(report)) if numbers else NOTHING

@@ -38,10 +38,8 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
         for name, own in numbers.items()
     }
     faces = model_areas(state.surface)
-    change = {
-        name: numbers.get(name, {"area": 0.0})["area"] / area - 1 if area else 0.0
-        for name, area in faces.items()
-    }
+    areas = {name: numbers[name]["area"] if name in numbers else 0.0 for name in faces}
+    change = {name: areas[name] / area - 1 if area else 0.0 for name, area in faces.items()}
     return render(
         "sets.html",
         picture=pictures.get("sets"),

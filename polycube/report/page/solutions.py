@@ -2,13 +2,7 @@
 
 from markupsafe import Markup
 
-from polycube.report.numbers.formatting import (
-    cautions,
-    frequency,
-    percent,
-    sentence,
-    singular_stress,
-)
+from polycube.report.numbers import formatting
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
@@ -24,20 +18,9 @@ def problem(report: Json, pictures: Pictures) -> Markup:
     found = report.get("problem")
     if not found:
         return NOTHING
-    area = f"area, {found['units']}²"
-    rows = [
-        {
-            "kind": kind.removesuffix("s"),
-            "description": row["words"],
-            "quads": row["quads"],
-            area: row["area"],
-        }
-        for kind in ("supports", "loads")
-        for row in found[kind]
-    ]
     colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
     legend = [(name, colour) for name, colour in colours.items() if colour]
-    return element(TEMPLATE, "problem", pictures.get("problem"), found["material"], rows, legend)
+    return element(TEMPLATE, "problem", pictures.get("problem"), found, legend)
 
 
 def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -59,21 +42,12 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
     first = first_elastic(found) if found.rigid else 0
     errors = dict(enumerate(found.errors, found.rigid))
-    rows = [
-        {
-            "mode": i + 1,
-            squared: float(value),
-            f"frequency, {unit or 'cycles per unit of time'}": float(found.frequency[i]),
-            "estimated error, %": percent(errors.get(i)),
-            "": "rigid motion" if i < first else "",
-        }
-        for i, value in enumerate(found.eigenvalues)
-    ]
-    shown = [
-        (pictures.get(f"mode_{i}"), f"Mode {i + 1}: {frequency(found.frequency[i], unit)}")
-        for i in range(len(rows))
-    ]
-    return element(TEMPLATE, "modes", shown, rows, float(found.mass), units)
+    heads = ["mode", squared, f"frequency, {unit or 'cycles per unit of time'}"]
+    heads += ["estimated error, %", ""]
+    rows = list(zip(found.eigenvalues.tolist(), found.frequency.tolist(), strict=True))
+    values = [formatting.frequency(value, unit) for value in found.frequency]
+    shown = [(pictures.get(f"mode_{i}"), f"Mode {i + 1}: {v}") for i, v in enumerate(values)]
+    return element(TEMPLATE, "modes", shown, heads, rows, errors, first, float(found.mass), units)
 
 
 def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Pictures) -> Markup:
@@ -81,24 +55,16 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
     times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
     forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
-    rows = [
-        {
-            "at": row["at"],
-            **{f"{axis}, N": _round(row["force"][i], zero) for i, axis in enumerate("xyz")},
-        }
-        for row in forces
-    ]
-    notes = [sentence(note) for note in (*singular_stress(numbers), *cautions({"static": numbers}))]
+    rows = []
+    for row in forces:
+        parts = [part if abs(part) > zero else 0.0 for part in row["force"]]
+        rows.append({"at": row["at"], **dict(zip(("x, N", "y, N", "z, N"), parts, strict=True))})
+    phrases = [*formatting.singular_stress(numbers), *formatting.cautions({"static": numbers})]
+    notes = [formatting.sentence(phrase) for phrase in phrases]
     picture, unit = pictures.get("static"), found.units["length"]
     return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)
 
 
 def _poisson(numbers: Json, pictures: Pictures) -> Markup:
     """u on the surface, and the flow through each support."""
-    rows = [{"at": row["at"], "into the solid, W": row["flow"]} for row in numbers["flows"]]
-    rows.append({"at": "sources and given fluxes", "into the solid, W": numbers["supplied"]})
-    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers, rows)
-
-
-def _round(value: float, zero: float) -> float:
-    return value if abs(value) > zero else 0.0
+    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers)

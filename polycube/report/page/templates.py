@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 
 from polycube.report.numbers import formatting
 from polycube.report.pictures import colours
+from polycube.types import Json
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -56,14 +57,10 @@ def environment() -> Environment:
     """Jinja2 with the filters and names that the templates use."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    made = Environment(
-        loader=FileSystemLoader(FOLDER),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = Environment(undefined=StrictUndefined, autoescape=True, loader=FileSystemLoader(FOLDER))
+    made.trim_blocks = made.lstrip_blocks = True
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
+    made.filters |= {"point": point, "faces": faces}
     made.globals |= {"colours": colours, "formatting": formatting}
     made.globals |= {"source": source, "columns": columns}
     return made
@@ -99,6 +96,12 @@ def columns(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row))
 
 
+def faces(found: Json, between: str = ", ") -> str:
+    """The CAD faces of a feature or a contact, with their names in the file."""
+    pairs = zip(found["faces"], found["names"], strict=True)
+    return between.join(f"{face} ({name})" if name else face for face, name in pairs)
+
+
 def point(where: Sequence[float], digits: int) -> str:
     """Coordinates with a number of decimals."""
     return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
@@ -115,15 +118,13 @@ def distance_rows(
     titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
     rows: list[Row] = []
     for name, way in ways.items():
-        found = {title: numbers.get(f"{way}_{part}") for title, part in titles.items()}
-        cells = {title: _distance(value, diagonal) for title, value in found.items()}
+        cells: Row = {}
+        for title, part in titles.items():
+            value = numbers.get(f"{way}_{part}")
+            cells[title] = None
+            if value is not None:
+                length = f" ({show(value * diagonal)})" if diagonal else ""
+                cells[title] = f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
         if any(cells.values()):
             rows.append({"from": name, **cells})
     return rows
-
-
-def _distance(value: float | None, diagonal: float | None) -> str | None:
-    if value is None:
-        return None
-    length = f" ({show(value * diagonal)})" if diagonal else ""
-    return f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"

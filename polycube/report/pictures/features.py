@@ -9,16 +9,8 @@ from polycube.hexmesh.face_groups import ENDS
 from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.named_sets import kind_of
-from polycube.report.pictures.colours import (
-    AXIS_COLOURS,
-    FACES,
-    HOLES,
-    LOST_FACE,
-    PRESERVED,
-    SURFACE,
-    WORST,
-    rgb,
-)
+from polycube.report.pictures import colours as palette
+from polycube.report.pictures.colours import AXIS_COLOURS, SURFACE, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.surface.fit_target import target
 from polycube.types import Goal, HexMesh, TriMesh
@@ -35,9 +27,11 @@ def lost_features(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> Scen
     lost = [each for each in inspect(mesh, surface).features if each.exceeds(goal)]
     faces = [each.faces[0] for each in lost if each.kind == "face"]
     is_lost_face = np.isin(surface.region, faces).astype(int)
-    colours = rgb((SURFACE, LOST_FACE))[is_lost_face]
+    colours = rgb((SURFACE, palette.LOST_FACE))[is_lost_face]
     scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
-    for chains, colour in zip(_chains(mesh, surface, goal), (PRESERVED, WORST), strict=True):
+    for chains, colour in zip(
+        _chains(mesh, surface, goal), (palette.PRESERVED, palette.WORST), strict=True
+    ):
         if chains:
             scene.append(lines(chains, colour))
     return from_both_sides(scene)
@@ -53,12 +47,8 @@ def lost_segments(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> np.n
     found = inspect(mesh, surface).features
     faces = {each.faces[0] for each in found if each.kind == "face" and each.exceeds(goal)}
     on = target(surface)
-    round_faces = [
-        on.to_model(crease.points)
-        for crease in on.features.creases
-        if faces.intersection(crease.faces)
-    ]
-    chains = [*_chains(mesh, surface, goal)[1], *round_faces]
+    around = [each for each in on.features.creases if faces.intersection(each.faces)]
+    chains = _chains(mesh, surface, goal)[1] + [on.to_model(each.points) for each in around]
     pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains]
     return np.concatenate([np.zeros((0, 2, 3)), *pairs])
 
@@ -87,10 +77,8 @@ def lines(chains: list[np.ndarray], colour: str) -> Layer:
     ends = np.cumsum([len(chain) for chain in chains])
     first = np.setdiff1d(np.arange(len(points)), ends - 1)
     nothing = np.zeros((0, 3), np.int64)
-    lines = np.stack([first, first + 1], axis=1)
-    return Layer(
-        points, nothing, nothing.astype(np.uint8), lines, line_colour=colour, line_width=WIDTH
-    )
+    lines, no_colours = np.stack([first, first + 1], axis=1), nothing.astype(np.uint8)
+    return Layer(points, nothing, no_colours, lines, line_colour=colour, line_width=WIDTH)
 
 
 def _cross(feature: Feature, size: float) -> np.ndarray:
@@ -107,7 +95,7 @@ def quad_colours(mesh: HexMesh) -> np.ndarray:
     found = np.full(len(mesh.quads), SURFACE)
     is_free = np.ones(len(mesh.quads), bool)
     axis = dict(zip(ENDS, np.array(AXIS_COLOURS)[[1, 0, 3, 2, 5, 4]].tolist(), strict=True))
-    holes, faces = cycle(HOLES), cycle(FACES)
+    holes, faces = cycle(palette.HOLES), cycle(palette.FACES)
     for name, own in mesh.sets.items():
         free = own[is_free[own]]
         if kind_of(name) == "patch" or not len(free):
@@ -147,6 +135,5 @@ def both_sides(mesh: HexMesh) -> Scene:
     edges, pair = quad_edges(mesh.quads)
     lines = edges[colours[pair[:, 0]] != colours[pair[:, 1]]]
     painted = rgb(tuple(colours.tolist()))
-    return from_both_sides(
-        [Layer(mesh.vertices, mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)]
-    )
+    part = Layer(mesh.vertices, mesh.quads, painted, lines, outlined=True, ambient=AMBIENT)
+    return from_both_sides([part])

@@ -58,16 +58,14 @@ def _forces(problem: Problem) -> list[tuple[object, Sequence[float], float]]:
                 found.append((load.place, NOTHING, load.pressure))
         if any(problem.acceleration):
             found.append((None, problem.acceleration, 0.0))
-        moved = [each for each in problem.supports if any(each.values)]
-        found += [(each.place, _vector(each), 0.0) for each in moved]
+        for support in problem.supports:
+            if any(support.values):
+                vector = np.zeros(3)
+                vector[list(support.components)] = support.values
+                found.append((support.place, vector.tolist(), 0.0))
     if isinstance(problem, Conduction):
         found += [(flow.place, NOTHING, flow.flux) for flow in problem.flows if flow.flux]
     return found
-
-
-def _vector(support: Prescribed) -> Sequence[float]:
-    values = dict(zip(support.components, support.values, strict=True))
-    return [values.get(axis, 0.0) for axis in range(3)]
 
 
 def spread(faces: Faces, own: np.ndarray, spacing: float, most: int = MOST) -> np.ndarray:
@@ -86,20 +84,16 @@ Symbol = tuple[np.ndarray, np.ndarray]  # points (N, 3), triangles (T, 3)
 
 def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> list[Symbol]:
     """Cones that touch the faces: along the normal, or along each axis of a partial support."""
-    held = [
-        axis for axis, value in zip(support.components, support.values, strict=True) if not value
-    ]
+    prescribed = zip(support.components, support.values, strict=True)
+    held = [axis for axis, value in prescribed if not value]
     found = []
     for quad in quads:
         normal = faces.normal[quad] / float(np.linalg.norm(faces.normal[quad]))
-        ways = [normal] if len(held) == 3 else [_outwards(axis, normal) for axis in held]
+        axes = np.eye(3) * np.where(normal < -1e-9, -1, 1)  # outwards
+        ways = [normal] if len(held) == 3 else axes[held]
         tip = faces.middle[quad]
         found += [_cone(tip + CONE * size * way, tip, SLENDER * CONE * size) for way in ways]
     return found
-
-
-def _outwards(axis: int, normal: np.ndarray) -> np.ndarray:
-    return np.eye(3)[axis] * (-1 if normal[axis] < -1e-9 else 1)
 
 
 def _pushed(place: np.ndarray, normal: np.ndarray, vector: np.ndarray, length: float) -> Symbol:

@@ -61,9 +61,9 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
         if np.ptp(mesh.cell):  # a single primitive is not divided
             found["cells"] = partial(scenes.decomposed, mesh)
     if state.polycube is not None and state.trajectory is not None:
-        states = partial(trajectory.of, state.polycube, state.trajectory, state.steps)
-        found["denoising_strip"] = lambda: trajectory.Strip(states())
-        found["denoising"] = lambda: trajectory.Animation(states())
+        denoised = state.polycube, state.trajectory, state.steps
+        found["denoising_strip"] = partial(trajectory.Strip, *denoised)
+        found["denoising"] = partial(trajectory.Animation, *denoised)
     if spline is not None:
         found["spline"] = partial(scenes.spline_boundary, spline)
         if state.solution is not None:
@@ -101,27 +101,20 @@ def draw(found: Mapping[str, Picture], seconds: float = 120) -> dict[str, bytes]
 
 def _draw(found: Mapping[str, Picture], seconds: float) -> dict[str, bytes]:
     """Images that one process draws."""
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-        "MPLBACKEND": "Agg",
-    }
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment["MPLBACKEND"] = "Agg"
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "polycube.report.pictures.render", folder]
         try:
+            given = pickle.dumps(dict(found))
             process = subprocess.run(
-                command,
-                input=pickle.dumps(dict(found)),
-                capture_output=True,
-                timeout=seconds,
-                env=environment,
-                check=False,
+                command, input=given, capture_output=True, timeout=seconds, env=environment
             )
             reason = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
         except (OSError, subprocess.TimeoutExpired) as error:
             reason = [str(error)]
-        drawn = {
-            path.stem: path.read_bytes() for path in sorted(Path(folder).glob("*.[pg][ni][gf]"))
-        }
+        paths = sorted(Path(folder).glob("*.[pg][ni][gf]"))
+        drawn = {path.stem: path.read_bytes() for path in paths}
     missing = [name for name in found if name not in drawn]
     if missing:
         why = "".join(reason) or "the drawing process ended without a message"

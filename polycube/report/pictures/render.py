@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -19,6 +20,7 @@ import numpy as np
 from polycube.report.pictures.colours import EDGE
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
     from pyvista import Plotter
 
 EYE = (0.75, -1.0, 0.62)  # from the centre of the model towards the eye; z is up
@@ -186,9 +188,9 @@ def counted(cells: np.ndarray) -> np.ndarray:
 
 
 def _save(image: np.ndarray, path: Path) -> None:
-    from PIL import Image
+    from PIL.Image import Quantize, fromarray
 
-    few = Image.fromarray(image).quantize(COLOURS, Image.Quantize.FASTOCTREE)
+    few = fromarray(image).quantize(COLOURS, Quantize.FASTOCTREE)
     seen = np.asarray(few.convert("RGBA"))[..., 3]
     rows, columns = (np.flatnonzero(seen.any(axis)) for axis in (1, 0))
     if not len(rows):
@@ -198,16 +200,24 @@ def _save(image: np.ndarray, path: Path) -> None:
 
 
 def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
-    from PIL import Image
+    from PIL.Image import fromarray
 
     used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
     rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
     box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    images = [Image.fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
-    palette = images[0].quantize(64)
-    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    rest = {"append_images": images[1:], "duration": milliseconds, "loop": 0}
-    images[0].save(path, "GIF", save_all=True, **rest)
+    images = [fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
+    write_gif(images, images[0], path, milliseconds)
+
+
+def write_gif(
+    images: Sequence[Image], example: Image, path: Path, milliseconds: int | list[int]
+) -> None:
+    """Write an endless GIF with 64 colours of an example."""
+    from PIL.Image import Dither
+
+    palette = example.quantize(64)
+    first, *others = [each.quantize(palette=palette, dither=Dither.NONE) for each in images]
+    first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0)
 
 
 def main(folder: Path) -> None:

@@ -11,16 +11,8 @@ import numpy as np
 from polycube.hexmesh.background.columns import feet
 from polycube.hexmesh.connectivity import FACES, exposed, quad_edges
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.pictures.colours import (
-    AXIS_COLOURS,
-    CELLS,
-    DEVIATION_COLOURS,
-    QUALITY_COLOURS,
-    SURFACE,
-    WORST,
-    ramp,
-    rgb,
-)
+from polycube.report.pictures import colours as palette
+from polycube.report.pictures.colours import AXIS_COLOURS, CELLS, SURFACE, ramp, rgb
 from polycube.report.pictures.fields import tessellate
 from polycube.report.pictures.render import EYE, Layer, Scene, view
 from polycube.structure.lattice import boundary
@@ -70,15 +62,11 @@ def section(blocks: HexMesh) -> Scene:
 
 def _turn(rough_map: RoughMap) -> np.ndarray:
     """(3, 3) rotation closest to the linear part of the map."""
-    ends = [np.take(rough_map.positions, [0, -1], axis).mean(_others(axis)) for axis in range(3)]
+    pairs = ((1, 2), (0, 2), (0, 1))  # the axes across each axis
+    ends = [np.take(rough_map.positions, [0, -1], k).mean(axis=pairs[k]) for k in range(3)]
     along = np.stack([end[1] - end[0] for end in ends], 1)
     left, _, right = np.linalg.svd(along / np.linalg.norm(along, axis=0))
     return left @ right
-
-
-def _others(axis: int) -> tuple[int, int]:
-    first, second = (other for other in range(3) if other != axis)
-    return first, second
 
 
 def hex_outside(mesh: HexMesh) -> Scene:
@@ -103,7 +91,7 @@ def hex_cut(mesh: HexMesh) -> Scene:
 
 def deviation(mesh: HexMesh, distance: np.ndarray) -> Scene:
     """The boundary, each quad coloured by its distance (Q,) from the input."""
-    colours = ramp(distance / max(distance.max(), 1e-300), DEVIATION_COLOURS)
+    colours = ramp(distance / max(distance.max(), 1e-300), palette.DEVIATION_COLOURS)
     return [Layer(mesh.vertices, mesh.quads, colours, outlined=True)]
 
 
@@ -152,7 +140,7 @@ def worst_hex(mesh: HexMesh) -> Scene:
     lines = np.array([[8, 9], [10, 11], [12, 13]])
     return [
         Layer(mesh.vertices, mesh.quads, glass, opacity=0.25, smooth=True),
-        Layer(points, FACES, rgb((WORST,) * 6), lines, outlined=True),
+        Layer(points, FACES, rgb((palette.WORST,) * 6), lines, outlined=True),
     ]
 
 
@@ -167,7 +155,7 @@ def spline_boundary(spline: Spline) -> Scene:
 def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
     quads, owner = exposed(mesh.hexes[chosen])
     quality = scaled_jacobian(mesh.vertices, mesh.hexes[chosen])[owner]
-    return Layer(mesh.vertices, quads, ramp(quality, QUALITY_COLOURS), outlined=True)
+    return Layer(mesh.vertices, quads, ramp(quality, palette.QUALITY_COLOURS), outlined=True)
 
 
 def _edges(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:

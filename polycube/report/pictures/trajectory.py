@@ -7,14 +7,14 @@ same view and scale, and show the edges of the polycube.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.report.pictures.colours import EDGE, PLACES, SURFACE, ramp
-from polycube.report.pictures.render import counted, look, shot, stage, view
+from polycube.report.pictures.render import counted, look, shot, stage, view, write_gif
 from polycube.structure.lattice import boundary, edges
 from polycube.structure.projection import project
 from polycube.types import Polycube
@@ -35,10 +35,13 @@ FAR = "#bcbfc3"  # colour of edges that face away: EDGE with this share of white
 class Trajectory:
     """Sample points in each recorded state, in polycube units."""
 
-    states: np.ndarray  # (S, N, 3) x_T ... x_0
-    regular: np.ndarray  # (N, 3) x_0 projected onto the polycube
     polycube: Polycube
+    states: np.ndarray  # (S, N, 3) x_T ... x_0
     steps: tuple[int, ...] = ()  # (S,) t of each state; unknown if the length differs
+    regular: np.ndarray = field(init=False)  # (N, 3) x_0 projected onto the polycube
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "regular", project(self.polycube, self.states[-1])[0])
 
     @property
     def stations(self) -> np.ndarray:
@@ -52,11 +55,6 @@ class Trajectory:
         known = len(self.steps) == len(self.states)
         between = self.steps[1:-1] if known else [f"({i}/{n})" for i in range(1, n)]
         return [*(f"x_{t}" for t in ("T", *between, 0)), "regular"]
-
-
-def of(polycube: Polycube, states: np.ndarray, steps: tuple[int, ...] = ()) -> Trajectory:
-    """The trajectory of states (S, N, 3) that ends on a polycube."""
-    return Trajectory(states, project(polycube, states[-1])[0], polycube, steps)
 
 
 class Camera:
@@ -77,8 +75,7 @@ class Camera:
                 pairs = np.arange(2 * len(ends)).reshape(-1, 2)
                 drawn = pyvista.PolyData(ends.reshape(-1, 3), lines=counted(pairs))
                 self.plotter.add_mesh(drawn, color=colour, line_width=1.5 * SAMPLES)
-        _, axis = project(trajectory.polycube, trajectory.regular)
-        self.colours = _pale(_place_colours(trajectory.regular), _towards(axis)).astype(np.uint8)
+        self.colours = _colours(trajectory.polycube, trajectory.regular)
         self.points = pyvista.PolyData(trajectory.regular.copy())
         self.points["colour"] = self.colours
         self.plotter.add_mesh(
@@ -100,18 +97,15 @@ class Camera:
         return Image.fromarray(shot(self.plotter)).reduce(SAMPLES)
 
 
-@dataclass(frozen=True, eq=False)
-class Strip:
+class Strip(Trajectory):
     """The stations side by side with their labels."""
-
-    trajectory: Trajectory
 
     def draw(self, folder: Path, name: str) -> None:
         """Write a PNG file."""
         from PIL import Image
 
-        camera, names = Camera(self.trajectory, PANEL), self.trajectory.names
-        panels = [camera(points) for points in self.trajectory.stations]
+        camera, names = Camera(self, PANEL), self.names
+        panels = [camera(points) for points in self.stations]
         camera.plotter.close()
         strip = Image.new("RGB", (PANEL * len(names), LABEL + panels[0].height), "white")
         for i, (panel, text) in enumerate(zip(panels, names, strict=True)):
@@ -120,26 +114,22 @@ class Strip:
         strip.quantize(256).save(folder / f"{name}.png", optimize=True)
 
 
-@dataclass(frozen=True, eq=False)
-class Animation:
+class Animation(Trajectory):
     """The points move in straight lines from station to station."""
-
-    trajectory: Trajectory
 
     def draw(self, folder: Path, name: str) -> None:
         """Write an endless GIF file."""
         from PIL import Image, ImageDraw
 
-        stations, names = self.trajectory.stations, self.trajectory.names
-        camera, share = Camera(self.trajectory, FRAME), FRAME / len(names)
+        stations, names = self.stations, self.names
+        camera, share = Camera(self, FRAME), FRAME / len(names)
         height = camera(stations[0]).height
         line = height + 6
         ground = Image.new("RGB", (FRAME, height + LABEL), "white")
         ImageDraw.Draw(ground).line([share / 2, line, FRAME - share / 2, line], SURFACE, 2)
         for k, text in enumerate(names):
             _write(ground, text, (int(share * (k + 0.5)), line + 20), size=14)
-        frames = []
-        times = _times(stations)
+        frames, times = [], _times(stations)
         for time in times:
             i = min(int(time), len(stations) - 2)
             frame = ground.copy()
@@ -149,11 +139,8 @@ class Animation:
             ImageDraw.Draw(frame).ellipse([x - 5, line - 5, x + 5, line + 5], EDGE)
             frames.append(frame)
         camera.plotter.close()
-        palette = frames[-1].quantize(64)
-        frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
         wait = [PAUSE if time == int(time) else STEP for time in times]
-        path = folder / f"{name}.gif"
-        frames[0].save(path, save_all=True, append_images=frames[1:], duration=wait, loop=0)
+        write_gif(frames, frames[-1], folder / f"{name}.gif", wait)
 
 
 def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
@@ -170,19 +157,17 @@ def _towards(axis: np.ndarray) -> np.ndarray:
     return view()[2][axis // 2] * (1 - 2 * (axis % 2)) > 0
 
 
-def _pale(colours: np.ndarray, looks_here: np.ndarray) -> np.ndarray:
-    """(N, 3) colours; nearly white for points that face away."""
-    white = PALE * ~looks_here[:, None]
-    return (colours * (1 - white) + 255 * white).astype(np.float32)
+def _colours(polycube: Polycube, regular: np.ndarray) -> np.ndarray:
+    """(N, 3) uint8: a hue along the longest axis, darker towards the low ends of the others.
 
-
-def _place_colours(regular: np.ndarray) -> np.ndarray:
-    """(N, 3) hue along the longest axis, darker towards the low ends of the others."""
+    Nearly white for points that face away.
+    """
     low, high = regular.min(axis=0), regular.max(axis=0)
     place = (regular - low) / np.maximum(high - low, 1e-300)
     longest = int((high - low).argmax())
     light = 0.65 + 0.35 * np.delete(place, longest, axis=1).mean(axis=1, keepdims=True)
-    return ramp(place[:, longest], PLACES) * light
+    white = PALE * ~_towards(project(polycube, regular)[1])[:, None]
+    return (ramp(place[:, longest], PLACES) * light * (1 - white) + 255 * white).astype(np.uint8)
 
 
 def _times(stations: np.ndarray) -> list[float]:

@@ -1,21 +1,27 @@
 """Pairs as batches: the content of an image, and that no pair is used twice."""
 
+from collections.abc import Callable
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.encoding import by_x, to_points
-from polycube.diffusion.pairs.dataset import (
-    Batch,
-    ConsecutiveNumbers,
-    HeldOut,
-    PairImages,
-    training_loader,
-    validation_loader,
-)
-from polycube.diffusion.pairs.pairs import Pairs
+from polycube.diffusion.pairs.dataset import ConsecutiveNumbers, PairImages
+from polycube.diffusion.pairs.pairs import Pair, Pairs
+from polycube.diffusion.training.data_module import PairData
 from polycube.registry import build
+
+
+def data_of(pairs: Callable, primitives: dict, held_out: int = 0, workers: int = 0) -> PairData:
+    """Batches of a training that has used five pairs, and held-out pairs."""
+    condition = GridContexts((2, 1, 1), tuple(primitives))
+    loading = {"batch_size": 4, "batches_per_epoch": 3, "workers": workers}
+    data = PairData(pairs, lambda seed: pairs, condition, 0, (held_out, 0), **loading)
+    data.trainer = SimpleNamespace(lightning_module=SimpleNamespace(pairs_done=5))
+    return data
 
 
 def test_images_show_the_pair_in_order(pairs: Pairs, primitives: dict) -> None:
@@ -60,19 +66,20 @@ def test_epochs_follow_one_another() -> None:
 
 @pytest.mark.parametrize("processes", [2, 3])
 def test_processes_share_the_numbers_and_their_batches_are_one(
-    processes: int, monkeypatch: pytest.MonkeyPatch
+    processes: int, pairs: Pairs, primitives: dict, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No pair twice, none left out; together the batches are those of a single process."""
     numbers, held_out = [], []
     for rank in range(processes):
-        monkeypatch.setattr(
-            "polycube.diffusion.pairs.dataset.rank_and_processes", lambda r=rank: (r, processes)
-        )
+        for module in ("pairs.dataset", "training.data_module"):
+            name = f"polycube.diffusion.{module}.rank_and_processes"
+            monkeypatch.setattr(name, lambda r=rank: (r, processes))
         epochs = [ConsecutiveNumbers(6, lambda done=done: done) for done in (0, 6 * processes)]
         numbers.append([number for epoch in epochs for number in epoch])
         assert len(numbers[-1]) == 2 * len(epochs[0]) == 12
-        held_out.append(list(HeldOut(12)))
-        assert len(held_out[-1]) == len(HeldOut(12)) == 12 // processes
+        batches = data_of(pairs, primitives, held_out=12).val_dataloader()
+        held_out.append([number for batch in batches for number in batch.number.tolist()])
+        assert len(held_out[-1]) == 12 // processes
     assert np.array_equal(np.sort(np.ravel(held_out)), np.arange(12))
     assert np.array_equal(np.sort(np.ravel(numbers)), np.arange(12 * processes))
     for start in range(0, 12, 3):  # batches of three each
@@ -81,8 +88,7 @@ def test_processes_share_the_numbers_and_their_batches_are_one(
 
 
 def test_batches_do_not_depend_on_the_number_of_workers(pairs: Pairs, primitives: dict) -> None:
-    dataset = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))
-    alone, helped = (list(training_loader(dataset, 4, 3, n, lambda: 5)) for n in (0, 1))
+    alone, helped = (list(data_of(pairs, primitives, workers=n).train_dataloader()) for n in (0, 1))
     assert alone[0].number.tolist() == [5, 6, 7, 8]
     assert len(alone) == 3
     for a, b in zip(alone, helped, strict=True):
@@ -91,20 +97,19 @@ def test_batches_do_not_depend_on_the_number_of_workers(pairs: Pairs, primitives
 
 def test_held_out_pairs_are_the_first_of_their_stream(pairs: Pairs, primitives: dict) -> None:
     dataset = PairImages(pairs, GridContexts(pairs.grid, tuple(primitives)))
-    batches = list(validation_loader(dataset, 5, 2))
-    assert [batch.number.tolist() for batch in batches] == [[0, 1], [2, 3], [4]]
-    assert torch.equal(batches[2].geometry[0], dataset[4].geometry)
+    batches = list(data_of(pairs, primitives, held_out=5).val_dataloader())
+    assert [batch.number.tolist() for batch in batches] == [[0, 1, 2, 3], [4]]
+    assert torch.equal(batches[1].geometry[0], dataset[4].geometry)
 
 
 def test_held_out_pairs_are_made_once(pairs: Pairs, primitives: dict) -> None:
     made = []
 
-    class Counted(PairImages):
-        def __getitem__(self, index: int) -> Batch:
-            made.append(index)
-            return super().__getitem__(index)
+    def counted(index: int) -> Pair:
+        made.append(index)
+        return pairs(index)
 
-    loader = validation_loader(Counted(pairs, GridContexts(pairs.grid, tuple(primitives))), 3, 2)
+    loader = data_of(counted, primitives, held_out=3).val_dataloader()
     first, second = list(loader), list(loader)
     assert made == [0, 1, 2]
     assert all(torch.equal(a.geometry, b.geometry) for a, b in zip(first, second, strict=True))

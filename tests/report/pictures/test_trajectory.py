@@ -8,12 +8,12 @@ import pytest
 from PIL import Image, ImageSequence
 
 from polycube.report.pictures.pictures import denoising, makers, pictures
-from polycube.report.pictures.trajectory import FRAME, PANEL, STEP, Camera, Trajectory, of
+from polycube.report.pictures.trajectory import FRAME, PANEL, STEP, Camera, Trajectory
 
 
 @pytest.fixture(scope="module")
 def trajectory(run) -> Trajectory:
-    return of(run.polycube, run.trajectory, run.steps)
+    return Trajectory(run.polycube, run.trajectory, run.steps)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def test_states_have_the_names_of_the_papers_figure(trajectory) -> None:
 
 
 def test_states_of_unknown_steps_are_numbered(run) -> None:
-    unknown = of(run.polycube, run.trajectory)
+    unknown = Trajectory(run.polycube, run.trajectory)
     assert unknown.names[1:4] == ["x_(1/4)", "x_(2/4)", "x_(3/4)"]
     assert unknown.names[0] == "x_T" and unknown.names[4:] == ["x_0", "regular"]
 

@@ -32,21 +32,15 @@ def comparison_page(folders: Sequence[Path], page_folder: Path) -> str:
     """
     parent = Path(os.path.commonpath([folder.resolve() for folder in folders]))
     names = [folder.resolve().relative_to(parent).as_posix() for folder in folders]
-    links = [
-        Link(
-            folder.resolve().name if name == "." else name,
-            f"{_relative(folder, page_folder)}/report.html",
-        )
-        for name, folder in zip(names, folders, strict=True)
-    ]
+    links = []
+    for name, folder in zip(names, folders, strict=True):
+        target = os.path.relpath(folder.resolve(), page_folder.resolve())
+        label = folder.resolve().name if name == "." else name
+        links.append(Link(label, f"{Path(target).as_posix()}/report.html"))
     numbers = list(map(_main_numbers, folders))
     views = list(zip(links, map(_view, folders), strict=True))
     title = f"{len(folders)} results" if len(folders) > 1 else links[0].label
     return page(title, render("comparison.html", views=views, numbers=numbers))
-
-
-def _relative(folder: Path, start: Path) -> str:
-    return Path(os.path.relpath(folder.resolve(), start.resolve())).as_posix()
 
 
 def _main_numbers(folder: Path) -> dict[str, str]:

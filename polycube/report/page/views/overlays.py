@@ -44,14 +44,8 @@ class Result:
 
     def numbers(self) -> Json:
         """What the script of the view needs to know."""
-        return {
-            "title": self.title,
-            "unit": self.unit,
-            "ends": self.ends,
-            "stops": rgb(self.colours).tolist(),
-            "moves": self.shift is not None,
-            "drawn": self.drawn,
-        }
+        own = {name: getattr(self, name) for name in ("title", "unit", "ends", "drawn")}
+        return {**own, "stops": rgb(self.colours).tolist(), "moves": self.shift is not None}
 
     def arrays(self) -> list[np.ndarray]:
         """Values in steps of the colour bar, and displacements in steps of the largest one."""
@@ -105,19 +99,11 @@ def _static(found: Deformation, nodes: np.ndarray, points: np.ndarray, unit: str
     drawn = f"displacement drawn {text(float(f'{times:.3g}'))} times as large"
     shift = _scaled(moved)
     ends = 0.0, float(length.max())
-    labels, stress_labels = ("0", f"{text(ends[1])} {unit}"), ("0", f"{text(most)} MPa and more")
+    of_length = length, ends, DISPLACEMENT_COLOURS, ("0", f"{text(ends[1])} {unit}")
+    of_stress = stress, (0.0, most), FIELD_COLOURS, ("0", f"{text(most)} MPa and more")
     return [
-        Result("displacement", unit, length, ends, DISPLACEMENT_COLOURS, labels, shift, drawn),
-        Result(
-            "von Mises stress",
-            "MPa",
-            stress,
-            (0.0, most),
-            FIELD_COLOURS,
-            stress_labels,
-            shift,
-            drawn,
-        ),
+        Result("displacement", unit, *of_length, shift, drawn),
+        Result("von Mises stress", "MPa", *of_stress, shift, drawn),
     ]
 
 

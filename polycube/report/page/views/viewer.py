@@ -13,14 +13,8 @@ from polycube.report.numbers.quality import quad_deviation
 from polycube.report.numbers.verdict import UNKNOWN
 from polycube.report.page.templates import NOTHING, render, show
 from polycube.report.page.views.overlays import results, simplified
+from polycube.report.pictures import features
 from polycube.report.pictures.colours import CELLS, DEVIATION_COLOURS, QUALITY_COLOURS, rgb
-from polycube.report.pictures.features import (
-    DEFAULT,
-    lost_segments,
-    memberships,
-    quad_colours,
-    set_colours,
-)
 from polycube.report.pictures.fields import AMPLITUDE
 from polycube.report.pictures.render import view
 from polycube.types import Goal, HexMesh, Json, Solution, Spline, TriMesh
@@ -41,7 +35,7 @@ def viewer(
     filled: str = PRIMITIVE,
     unit: str = UNKNOWN,
     solved: tuple[Spline, Solution] | None = None,
-    goal: Goal = DEFAULT,
+    goal: Goal = features.DEFAULT,
 ) -> Markup:
     """Markup of the 3D view; empty if more than `MOST` hexes would be shown.
 
@@ -63,8 +57,13 @@ def viewer(
     size = float(np.linalg.norm(high - low))
     used, hexes = np.unique(mesh.hexes[shown], return_inverse=True)
     places = (mesh.vertices[used] - (low + high) / 2) / size
-    distance = distances(mesh, surface)
-    number, sets = memberships(mesh)
+    distance = np.full((len(mesh.hexes), 6), -1.0)  # of faces; inside, or without a surface
+    drawn = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    segments = np.zeros((0, 2, 3))
+    if surface is not None:
+        distance = on_faces(mesh, quad_deviation(mesh, surface))
+        segments, drawn = features.lost_segments(mesh, surface, goal), simplified(surface)
+    number, sets = features.memberships(mesh)
     _, first = np.unique(number, return_index=True)
     arrays: tuple[np.ndarray, ...] = (
         places.astype("<f4"),
@@ -76,11 +75,7 @@ def viewer(
         on_faces(mesh, number)[shown].astype("<i4"),
         _steps(shown),
     )
-    segments = np.zeros((0, 2, 3)) if surface is None else lost_segments(mesh, surface, goal)
     lost = (segments - (low + high) / 2) / size
-    drawn = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-    if surface is not None:
-        drawn = simplified(surface)
     found = [] if solved is None else results(*solved, mesh.vertices[used], unit)
     arrays += ((drawn[0] - (low + high) / 2) / size).astype("<f4"), _steps(drawn[1])
     arrays += tuple(array for result in found for array in result.arrays())
@@ -103,7 +98,7 @@ def viewer(
         "cells": rgb(CELLS).tolist(),
         "sets": sets,
         "lost": lost.astype("<f4").ravel().tolist(),
-        "set_colours": rgb(tuple(quad_colours(mesh)[first].tolist())).tolist(),
+        "set_colours": rgb(tuple(features.quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
         "S": len(drawn[0]),
@@ -182,7 +177,7 @@ def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str]
 def _named_colours(mesh: HexMesh) -> dict[str, str]:
     """The first set of each colour."""
     found: dict[str, str] = {}
-    for name, colour in set_colours(mesh).items():
+    for name, colour in features.set_colours(mesh).items():
         found.setdefault(colour, name)
     return found
 
@@ -192,13 +187,6 @@ def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
     found = np.full((len(mesh.hexes), 6), -1, values.dtype)
     found[quad_sides(mesh)] = values
     return found
-
-
-def distances(mesh: HexMesh, surface: TriMesh | None) -> np.ndarray:
-    """(H, 6) largest distance of each boundary face from the surface; -1 inside or without one."""
-    if surface is None:
-        return np.full((len(mesh.hexes), 6), -1.0)
-    return on_faces(mesh, quad_deviation(mesh, surface))
 
 
 def beyond(hexes: np.ndarray) -> np.ndarray:
