@@ -26,52 +26,31 @@ class RunState:
 
     Fields that are not computed yet are None or empty. Stages have the fields given in
     `polycube.kinds.KINDS` as input and output.
-
-    Parameters
-    ----------
-    surface : the part, checked and repaired on request
-    path, warnings : origin of the surface, and warnings of the reader
-    repair : numbers of the repair
-    points : numbers of the reconstruction from a point cloud
-    given, hex_path : a hex mesh to improve, and its file
-    ranked, chosen : proposed structures, best first, and the number of the meshed one
-    polycube, rough_map, parametrization : of that structure
-    blocks : hexes of that structure, if it has its own
-    trajectory, steps : (S, N, 3) states of the denoising and (S,) their steps
-    denoised_on : polycube of the denoised points, if it is another one
-    labels : labels of the surface, the faces of the polycube
-    hexes, spline, solution : the results
-    verdict : result of the acceptance for the hexes
-    unfitted : why the hexes are only partly fitted, and their deviation
-    failure : reason why there is no valid result
-    stopped : reason why meshing ended early with the best valid mesh
-    interrupted : whether the user ended the run
-    moves : what the search tried, see `polycube.search.history.Tried`
     """
 
-    surface: TriMesh
-    path: str = ""
-    warnings: tuple[str, ...] = ()
-    repair: Mapping[str, object] | None = None
-    points: Mapping[str, object] | None = None
-    given: HexMesh | None = None
-    hex_path: str = ""
-    ranked: Sequence[Ranked] = ()
-    chosen: int = 0
-    polycube: Polycube | None = None
+    surface: TriMesh  # the part, checked and repaired on request
+    path: str = ""  # origin of the surface
+    warnings: tuple[str, ...] = ()  # warnings of the reader
+    repair: Mapping[str, object] | None = None  # numbers of the repair
+    points: Mapping[str, object] | None = None  # numbers of the reconstruction from a point cloud
+    given: HexMesh | None = None  # a hex mesh to improve
+    hex_path: str = ""  # its file
+    ranked: Sequence[Ranked] = ()  # proposed structures, best first
+    chosen: int = 0  # number of the meshed one
+    polycube: Polycube | None = None  # of the chosen structure, as the next three
     rough_map: RoughMap | None = None
     parametrization: Parametrization | None = None
-    blocks: HexMesh | None = None
-    trajectory: np.ndarray | None = None
-    steps: tuple[int, ...] = ()
-    denoised_on: Polycube | None = None
-    labels: Labels | None = None
+    blocks: HexMesh | None = None  # its hexes, if it has its own
+    trajectory: np.ndarray | None = None  # (S, N, 3) states of the denoising
+    steps: tuple[int, ...] = ()  # (S,) their steps
+    denoised_on: Polycube | None = None  # polycube of the denoised points, if it is another one
+    labels: Labels | None = None  # labels of the surface, the faces of the polycube
     hexes: HexMesh | None = None
     spline: Spline | None = None
     solution: Solution | None = None
-    verdict: Verdict | None = None
-    unfitted: str | None = None
-    failure: str | None = None
-    stopped: str | None = None
-    interrupted: bool = False
-    moves: tuple[Any, ...] = ()
+    verdict: Verdict | None = None  # result of the acceptance for the hexes
+    unfitted: str | None = None  # why the hexes are only partly fitted, and their deviation
+    failure: str | None = None  # reason why there is no valid result
+    stopped: str | None = None  # reason why meshing ended early with the best valid mesh
+    interrupted: bool = False  # whether the user ended the run
+    moves: tuple[Any, ...] = ()  # what the search tried, see `polycube.search.history.Tried`

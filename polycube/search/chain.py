@@ -38,15 +38,11 @@ class TimeIsUp(BaseException):
 
 @dataclass
 class Deadline:
-    """The end of the time in which a run reads, proposes and meshes.
+    """The end of the time in which a run reads, proposes and meshes."""
 
-    Parameters
-    ----------
-    seconds : time of the whole run, from the creation of this object; None for no limit
-    interrupt : set by another thread or by a signal handler to end the run
-    """
-
+    # time of the whole run, from the creation of this object; None for no limit
     seconds: float | None = None
+    # set by another thread or by a signal handler to end the run
     interrupt: threading.Event = field(default_factory=threading.Event)
     _end: float = field(init=False, default=float("inf"))
 
@@ -76,19 +72,13 @@ class Deadline:
 
 @dataclass
 class Chain:
-    """Runs stages, remembers their results, and ends at the deadline.
+    """Runs stages, remembers their results, and ends at the deadline."""
 
-    Parameters
-    ----------
-    clock : measures the stages
-    deadline : checked after each stage
-    most_crossings : a fitted mesh with more pairs of quads that cross each other is not continued
-    latest : the last state with hexes; its mesh may be taken if the deadline ends a move
-    """
-
-    clock: Clock = field(default_factory=Clock)
-    deadline: Deadline = field(default_factory=Deadline)
+    clock: Clock = field(default_factory=Clock)  # measures the stages
+    deadline: Deadline = field(default_factory=Deadline)  # checked after each stage
+    # a fitted mesh with more pairs of quads that cross each other is not continued
     most_crossings: float = HOPELESS
+    # the last state with hexes; its mesh may be taken if the deadline ends a move
     latest: RunState | None = None
     _memory: dict[tuple[object, ...], Any] = field(default_factory=dict)
 

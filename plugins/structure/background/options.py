@@ -35,29 +35,38 @@ class ColumnStructure(Structure):
 
     All curves of the section are on edges of quads, and holes are regular polygons. It needs Gmsh
     for the quads.
+
+    Parameters
+    ----------
+    grid : cells of the polycube; not used
+    primitives : (3, 3, 3) bool voxels by name
+    size : wanted edge length of the hexes, in the units of the part or as a share of the diagonal
+    curvature : largest distance of the edges from the curves of the section; auto: 0.3%, or 0.2%
+        with exact features; null: no limit
+    features : whether features are exact; see `meshing.features`
+    across_wall : smallest number of hexes through every wall
+    around_hole : smallest number of edges round every full circle
+    at : numbers of hexes at faces of the part, as `meshing.at`; the largest number round a hole and
+        through a wall, and the smallest size, hold everywhere
+    level : the hexes are 2^level times smaller than the size; null: they have the size
+    max_hexes : largest number of hexes; a part that needs more is not proposed
     """
 
     references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
     proposal: ClassVar[str]
-    grid: tuple[int, int, int]  # cells of the polycube; not used
-    primitives: Mapping[str, np.ndarray]  # (3, 3, 3) bool voxels by name
-    # wanted edge length of the hexes, in the units of the part or as a share of the diagonal
+
+    tier = Tier.EXACT
+    any_grid = True
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
     size: float | str = setting("meshing.size", MeshingSettings.size)
-    # largest distance of the edges from the curves of the section; auto: 0.3%, or 0.2% with exact
-    # features; null: no limit
     curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
-    # whether features are exact; see `meshing.features`
     features: str = setting("meshing.features", MeshingSettings.features)
-    # smallest number of hexes through every wall
     across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    # smallest number of edges round every full circle
     around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
-    # numbers of hexes at faces of the part, as `meshing.at`; the largest number round a hole and
-    # through a wall, and the smallest size, hold everywhere
     at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
-    # the hexes are 2^level times smaller than the size; null: they have the size
     level: int | None = setting("meshing.level", MeshingSettings.level)
-    # largest number of hexes; a part that needs more is not proposed
     max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:

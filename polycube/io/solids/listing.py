@@ -22,22 +22,14 @@ EFFORT = 5  # time limit, relative to that of one solid
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A solid of a CAD file.
+    """A solid of a CAD file."""
 
-    Parameters
-    ----------
-    number : value of `cad.solid`, from 1
-    name : unique name in the file, of letters, digits, - and _
-    volume : in the cubed unit of the file
-    same_as : number of the first solid that is identical up to a motion; its own number if none
-    motion : motion from that solid to this one
-    """
-
-    number: int
-    name: str
-    volume: float
+    number: int  # value of `cad.solid`, from 1
+    name: str  # unique name in the file, of letters, digits, - and _
+    volume: float  # in the cubed unit of the file
+    # number of the first solid that is identical up to a motion; its own number if none
     same_as: int
-    motion: Motion | None = None
+    motion: Motion | None = None  # motion from that solid to this one
 
 
 def read_solids(path: Path) -> list[Solid]:

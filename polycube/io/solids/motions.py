@@ -22,18 +22,11 @@ AXIS, VERTEX, EDGE, FACE = range(4)  # kinds of landmarks
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The map x -> rotation @ x + translation.
+    """The map x -> rotation @ x + translation."""
 
-    Parameters
-    ----------
-    rotation : (3, 3), of determinant 1
-    translation : (3,)
-    faces : (F,) face of the second solid for each face of the first, from 0
-    """
-
-    rotation: np.ndarray
-    translation: np.ndarray
-    faces: np.ndarray
+    rotation: np.ndarray  # (3, 3), of determinant 1
+    translation: np.ndarray  # (3,)
+    faces: np.ndarray  # (F,) face of the second solid for each face of the first, from 0
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Images of points (N, 3)."""
@@ -42,20 +35,12 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
-    """Properties of a solid that identify it in another position.
+    """Properties of a solid that identify it in another position."""
 
-    Parameters
-    ----------
-    mass : (4,) volume, and principal moments of inertia
-    centre : (3,) centre of mass
-    points : (N, 3) relative to the centre
-    keys : (N, 3) kind, size as a length, and a number for the kind of surface
-    """
-
-    mass: np.ndarray
-    centre: np.ndarray
-    points: np.ndarray
-    keys: np.ndarray
+    mass: np.ndarray  # (4,) volume, and principal moments of inertia
+    centre: np.ndarray  # (3,) centre of mass
+    points: np.ndarray  # (N, 3) relative to the centre
+    keys: np.ndarray  # (N, 3) kind, size as a length, and a number for the kind of surface
 
     @property
     def size(self) -> float:

@@ -34,19 +34,13 @@ NUMBER = r"[-+]?\d+\.?\d*(?:E[-+]?\d+)?"
 
 
 class Named(NamedTuple):
-    """Names in a STEP file that belong to one solid, whose faces are numbered from 1.
+    """Names in a STEP file that belong to one solid, whose faces are numbered from 1."""
 
-    Parameters
-    ----------
-    solid : name of the solid; empty if it has none
-    faces : name of each face; an empty string if it has none
-    groups : numbers of the faces of each named shell, group, aspect or layer
-    edges : pairs of faces whose common edges all have a name
-    """
-
-    solid: str
-    faces: tuple[str, ...]
+    solid: str  # name of the solid; empty if it has none
+    faces: tuple[str, ...]  # name of each face; an empty string if it has none
+    # numbers of the faces of each named shell, group, aspect or layer
     groups: dict[str, tuple[int, ...]]
+    # pairs of faces whose common edges all have a name
     edges: dict[str, tuple[tuple[int, ...], ...]]
 
 

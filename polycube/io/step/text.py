@@ -21,19 +21,13 @@ DIRECTIVES = re.compile(
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
-    """The data of a STEP file.
+    """The data of a STEP file."""
 
-    Parameters
-    ----------
-    entities : body of each entity by its number, in capitals and without spaces; a string is
-        replaced by its index in `strings`, in quotes
-    strings : decoded strings
-    is_unicode : whether the file is UTF-8, so that names of any language are certain
-    """
-
+    # body of each entity by its number, in capitals and without spaces; a string is replaced by its
+    # index in `strings`, in quotes
     entities: dict[str, str]
-    strings: list[str]
-    is_unicode: bool = True
+    strings: list[str]  # decoded strings
+    is_unicode: bool = True  # whether the file is UTF-8, so that names of any language are certain
 
     def body(self, number: str) -> str:
         """The body of an entity; empty if there is none."""

@@ -42,20 +42,12 @@ PARTS = {"read": (TriMesh, str, list), "structure": (list, int), "given": (HexMe
 
 @dataclass
 class StageResults:
-    """The stored results of the stages of a run, some of them from an earlier run.
+    """The stored results of the stages of a run, some of them from an earlier run."""
 
-    Parameters
-    ----------
-    source : folder of the earlier run; None for a new run
-    loaded : names of the stages whose results are loaded from there
-    change : applied to each loaded result
-    folder : folder of this run; None: results are not stored
-    """
-
-    source: Path | None = None
-    loaded: Collection[str] = ()
-    change: Callable[[Any], Any] = lambda value: value
-    folder: Path | None = None
+    source: Path | None = None  # folder of the earlier run; None for a new run
+    loaded: Collection[str] = ()  # names of the stages whose results are loaded from there
+    change: Callable[[Any], Any] = lambda value: value  # applied to each loaded result
+    folder: Path | None = None  # folder of this run; None: results are not stored
     _sizes: dict[str, int] = field(default_factory=dict)
 
     def is_loaded(self, kind: str) -> bool:

@@ -20,27 +20,17 @@ STEPS = 32767  # from 0 to the largest displacement, as int16; values have twice
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A result at points of the mesh.
+    """A result at points of the mesh."""
 
-    Parameters
-    ----------
-    title, unit : name and unit of the values
-    values : (N,) values
-    ends : values at the ends of the colour bar
-    colours : of the colour bar
-    labels : text at the ends of the colour bar
-    shift : (N, 3) displacement, with the largest one as long as 1; None: the part is at rest
-    drawn : sentence about the exaggeration of the displacement
-    """
-
-    title: str
-    unit: str
-    values: np.ndarray
-    ends: tuple[float, float]
-    colours: tuple[str, ...]
-    labels: tuple[str, str]
+    title: str  # name of the values
+    unit: str  # their unit
+    values: np.ndarray  # (N,) values
+    ends: tuple[float, float]  # values at the ends of the colour bar
+    colours: tuple[str, ...]  # of the colour bar
+    labels: tuple[str, str]  # text at the ends of the colour bar
+    # (N, 3) displacement, with the largest one as long as 1; None: the part is at rest
     shift: np.ndarray | None = None
-    drawn: str = ""
+    drawn: str = ""  # sentence about the exaggeration of the displacement
 
     def numbers(self) -> Json:
         """What the script of the view needs to know."""
