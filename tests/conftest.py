@@ -3,7 +3,7 @@
 import gc
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -19,6 +19,20 @@ def pytest_collection_finish() -> None:
     """Collect garbage from here on, but not among what is needed until the end."""
     gc.freeze()
     gc.enable()
+
+
+def first_quick(number: int, cases: Iterable[object]) -> list:
+    """Cases of a parametrized test: those after the first `number` are slow, and CI runs them.
+
+    A tuple is the values of several arguments.
+    """
+
+    def marked(case: object) -> object:
+        values = case if isinstance(case, tuple) else (case,)
+        return pytest.param(*values, marks=pytest.mark.slow)
+
+    cases = list(cases)
+    return [*cases[:number], *map(marked, cases[number:])]
 
 
 @pytest.fixture(autouse=True)

@@ -36,6 +36,7 @@ def test_from_an_array_to_modes(capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_faces_of_a_cad_model_survive():
     part = polycube.mesh(SIDES, order=["meshing"], **FAST)
     assert {f"cad_{name}" for name in "ABCDEF"} <= set(part.hexes.sets)
@@ -152,6 +153,7 @@ def test_other_names_are_missing_and_these_are_listed():
         polycube.mseh  # noqa: B018
 
 
+@pytest.mark.slow
 def test_a_misspelt_option_is_refused_as_on_the_command_line():
     for given in ({"meshing.sise": 3}, {"meshing": {"sise": 3}}):
         with pytest.raises(

@@ -16,7 +16,7 @@ from polycube.cli.help import described
 from polycube.config import SEVERAL, SHARED, compose, loader, options_of
 from polycube.kinds import KINDS
 from polycube.registry import PROVIDED, build, classes, default, options
-from tests.conftest import ROOT
+from tests.conftest import ROOT, first_quick
 
 CONF = ROOT / "conf"
 PLUGINS = sorted(key for key, cls in classes().items() if cls.__module__.startswith("polycube."))
@@ -34,7 +34,7 @@ def composed(kind: str, name: str) -> dict[str, object]:
     return found[name] if kind in SEVERAL else found
 
 
-@pytest.mark.parametrize(("kind", "name"), PLUGINS, ids=map("=".join, PLUGINS))
+@pytest.mark.parametrize(("kind", "name"), first_quick(20, PLUGINS), ids=map("=".join, PLUGINS))
 def test_the_defaults_of_a_class_are_those_of_a_run(kind: str, name: str) -> None:
     given = {key: GIVEN[key] for key in PROVIDED.get(kind, ())}
     config = composed(kind, name)
@@ -77,9 +77,7 @@ def choices(program: str) -> dict[str, list[str]]:
     return {key: options_of(search, key.partition("@")[0]) for key in keys}
 
 
-@pytest.mark.parametrize(
-    "program", [pytest.param("infer", marks=pytest.mark.slow), "train", "evaluate"]
-)
+@pytest.mark.parametrize("program", first_quick(1, ["evaluate", "train", "infer"]))
 def test_every_choice_composes_and_builds(program: str) -> None:
     """Every plugin in the config, wherever it stands; the n-th choices of all groups together."""
     given = choices(program)
@@ -108,6 +106,7 @@ def test_every_file_says_what_it_is(path: Path) -> None:
     assert "# " in text and yaml.safe_load(text) is not None, f"{path.name} has no comment"
 
 
+@pytest.mark.slow
 def test_bundles_share_the_settings_of_their_stages() -> None:
     """`meshing.size` reaches every stage that has it as an option, in every bundle."""
     overrides = ["size=3%", "max_hexes=7", "deviation=1%", "curvature=2%", "level=3"]
@@ -139,6 +138,7 @@ def test_defaults_are_what_a_class_says() -> None:
     assert default(size) == compose("infer")["meshing"]["size"] == "5%"
 
 
+@pytest.mark.slow
 def test_there_is_something_to_test() -> None:
     n_choices = sum(len(names) for program in PROGRAMS for names in choices(program).values())
     assert len(PLUGINS) > 40 and n_choices > 40

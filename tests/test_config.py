@@ -15,7 +15,7 @@ from omegaconf import OmegaConf
 import polycube
 from polycube.config import compose, quote
 from polycube.errors import InputError
-from tests.conftest import ROOT
+from tests.conftest import ROOT, first_quick
 
 # another program, with a configuration and choices of its own, that composes ours while it runs
 PROGRAM = """
@@ -34,6 +34,7 @@ main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version_base", ['"1.3"', '"1.1"', "None"])
 def test_another_hydra_program_can_compose_ours(version_base: str, tmp_path: Path) -> None:
     (tmp_path / "conf").mkdir()
@@ -62,12 +63,15 @@ def test_a_mandatory_value_is_shown_as_such() -> None:
 
 @pytest.mark.parametrize(
     ("override", "message"),
-    [
-        ("meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
-        ("seed.x=1", "no option seed.x"),
-        ("seed=${nothing}", "Interpolation key 'nothing' not found"),
-        ("effort=first,normal", "Ambiguous value"),
-    ],
+    first_quick(
+        2,
+        [
+            ("meshing.sze=4%", "no option meshing.sze; did you mean meshing.size; meshing has"),
+            ("seed.x=1", "no option seed.x"),
+            ("seed=${nothing}", "Interpolation key 'nothing' not found"),
+            ("effort=first,normal", "Ambiguous value"),
+        ],
+    ),
 )
 def test_a_wrong_override_is_refused_on_one_line(override: str, message: str) -> None:
     with pytest.raises(InputError) as caught:

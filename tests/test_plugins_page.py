@@ -61,6 +61,7 @@ def test_one_python_file_holds_a_plugin_of_each_kind() -> None:
     assert kinds == ["primitive", "schedule", "meshing/optimize", "export"]
 
 
+@pytest.mark.slow
 def test_every_plugin_keeps_its_promises(package: Path) -> None:
     assert FILES["tests/test_acme.py"].count("check_plugin(") == 5
     run(package, "tests/test_acme.py")

@@ -43,9 +43,15 @@ FROM_OUTSIDE = (
 )
 
 
-def of_all_pages() -> list:
+def of_all_pages(slow: bool = False) -> list:
+    """Each command of each page; slow: those of other pages than the README."""
+    mark = pytest.mark.slow
     return [
-        pytest.param(page, line, id=f"{page.relative_to(ROOT)}: {line}")
+        pytest.param(
+            *(page, line),
+            id=f"{page.relative_to(ROOT)}: {line}",
+            marks=[mark] if slow and page != ROOT / "README.md" else [],
+        )
         for page in PAGES
         for line in dict.fromkeys(lines(page))
         if str(page.relative_to(ROOT)) != FROM_OUTSIDE or line.startswith("python ")
@@ -84,7 +90,7 @@ def check(program: str, *overrides: str) -> None:
         assert built
 
 
-@pytest.mark.parametrize(("page", "line"), of_all_pages())
+@pytest.mark.parametrize(("page", "line"), of_all_pages(slow=True))
 def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) -> None:
     words = shlex.split(line)
     if words[0] == "make":

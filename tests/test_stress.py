@@ -61,6 +61,7 @@ def part():
     return polycube.mesh(BLOCK, **OPTIONS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [strided, read_only, np.asfortranarray, lambda v: v.tolist()])
 def test_any_arrays_give_the_same_bits_and_are_not_changed(part, change):
     vertices, faces = change(BLOCK.vertices.astype("f4")), change(BLOCK.faces.astype("u2"))
@@ -70,6 +71,7 @@ def test_any_arrays_give_the_same_bits_and_are_not_changed(part, change):
     assert np.array_equal(vertices, BLOCK.vertices) and np.array_equal(faces, BLOCK.faces)
 
 
+@pytest.mark.slow
 def test_results_do_not_share_the_arrays_of_the_input(part):
     given = SimpleNamespace(vertices=BLOCK.vertices.copy(), faces=BLOCK.faces.copy())
     found = polycube.mesh(given, **OPTIONS)

@@ -28,6 +28,7 @@ def test_sides_of_a_box_are_where_their_names_say():
         assert points[:, end // 2] == pytest.approx(np.full(len(points), place), abs=1e-14)
 
 
+@pytest.mark.slow
 def test_a_smooth_solid_of_one_patch_has_no_ends():
     ball = hex_ball(2)
     spline = build("spline", {"plugin": "h2s"})(boundary(ball), ball)

@@ -57,6 +57,7 @@ def test_frequencies(monkeypatch, caplog, is_clamped, lumped):
     assert found.mass == direct.mass and "iterations" in caplog.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("components", [(0, 1, 2), (0, 2)])
 def test_displacement_and_reactions(monkeypatch, components):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
@@ -77,6 +78,7 @@ def test_displacement_and_reactions(monkeypatch, components):
     assert found.peak.value == pytest.approx(direct.peak.value, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_conduction(monkeypatch):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
     foot = Support("foot", faces_of(spline, "z_min"), (0,), 300.0)

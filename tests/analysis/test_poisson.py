@@ -10,6 +10,7 @@ from polycube.analysis.modal import lowest
 from polycube.analysis.poisson import Inflow, conduct
 from polycube.analysis.recovery import samples
 from polycube.hexmesh.named_sets import ENDS
+from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
 from tests.fixtures.splines import cube, spline_of, unclamped
 from tests.oracles.integrals import coefficients, integrate
@@ -126,6 +127,7 @@ def test_rates_of_a_manufactured_solution():
     assert fine[0] < 2e-5
 
 
+@pytest.mark.slow
 def test_natural_boundary_of_h2s_reduces_the_order():
     coarse, fine = (errors(cube(n, "h2s")) for n in (3, 6))
     rates = np.log2(coarse / fine)
@@ -140,7 +142,7 @@ def spectrum(spline, is_held, count):
     return lowest(stiffness, mass, count)[0]
 
 
-@pytest.mark.parametrize("build", [cube, unclamped])
+@pytest.mark.parametrize("build", first_quick(1, [cube, unclamped]))
 def test_spectra_of_the_unit_cube(build):
     assert spectrum(build(5), True, 10) == pytest.approx(DIRICHLET, rel=3e-3)
     found = spectrum(build(4), False, 8)
@@ -148,6 +150,7 @@ def test_spectra_of_the_unit_cube(build):
     assert found[1:4] == pytest.approx(NEUMANN[1:4], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_eigenvalues_converge_with_the_sixth_power():
     for is_held, exact in ((True, DIRICHLET[0]), (False, NEUMANN[1])):
         off = [spectrum(cube(n), is_held, 2)[0 if is_held else 1] / exact - 1 for n in (3, 6)]

@@ -26,6 +26,7 @@ def threads(imports: str, **settings: str) -> int:
     return int(run.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path(TASKS).is_dir(), reason="threads are counted as Linux does")
 def test_the_commands_start_no_threads_for_dense_products():
     default = threads("numpy, scipy.linalg")

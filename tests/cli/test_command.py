@@ -11,6 +11,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from polycube import HOME
 from polycube.cli.command import quoted, run_hydra, split
 from polycube.errors import InputError
+from tests.conftest import first_quick
 
 WRONG = [
     ("infer", "grid=4x9", "grid=4x9: there is no such choice; have 1x1, 2x1"),
@@ -46,7 +47,7 @@ def test_a_path_need_not_be_quoted(path):
         assert path in PATHS[3:]
 
 
-@pytest.mark.parametrize(("config", "word", "words"), WRONG)
+@pytest.mark.parametrize(("config", "word", "words"), first_quick(4, WRONG))
 def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["program", word])
     monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
@@ -82,12 +83,10 @@ def test_flags_of_other_programs_are_named(monkeypatch):
         run_hydra("infer", lambda cfg: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
-    [
-        (["infer.py", "mesh="], "no part given"),
-        pytest.param(["train.py", "dta=x"], "data", marks=pytest.mark.slow),
-    ],
+    [(["infer.py", "mesh="], "no part given"), (["train.py", "dta=x"], "data")],
 )
 def test_programs_end_with_code_2_and_one_line(tmp_path, words, message):
     program = str(HOME / words[0])

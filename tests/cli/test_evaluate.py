@@ -10,10 +10,12 @@ from polycube.cli.evaluate import BASELINES, TABLE, evaluate_weights, main, tabl
 from polycube.cli.train import train
 from polycube.config import compose
 from polycube.diffusion.training.data_module import HELD_OUT, JUDGED
+from tests.conftest import ROOT, first_quick
 
 # a warning of torch about a call in Lightning
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
 
+WEIGHTS = ROOT / "plugins/weights/2x1"
 SMALL = ("pairs=4", "batch_size=2", "sampler.steps=2")
 
 
@@ -83,28 +85,30 @@ def test_missing_columns_are_empty_cells() -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [
-        (["weights=nowhere"], "error: no weights at nowhere"),
-        (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
-        (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
-        (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
-        (
-            ["slabs=[5,2]"],
-            "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",
-        ),
-        (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
-    ],
+    first_quick(
+        2,
+        [
+            (["weights=nowhere"], "error: no weights at nowhere"),
+            (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
+            (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
+            (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
+            (
+                ["slabs=[5,2]"],
+                "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",
+            ),
+            (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
+        ],
+    ),
 )
 def test_a_wrong_option_is_one_sentence_and_exit_code_2(
     arguments: list[str],
     message: str,
-    trained: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["evaluate", f"weights={trained / 'weights'}", *arguments])
+    monkeypatch.setattr(sys, "argv", ["evaluate", f"weights={WEIGHTS}", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     assert end.value.code == 2

@@ -79,11 +79,12 @@ def test_a_training_on_a_disk_that_fills_up(size: str, on_disk, tmp_path: Path) 
     check_complete(copied / "out")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "folder", "refusal"),
     [
         (("infer.py", *INFER), "output_dir", "cannot write results to {}"),
-        pytest.param(("train.py", *TRAIN), "hydra.run.dir", "{}", marks=pytest.mark.slow),
+        (("train.py", *TRAIN), "hydra.run.dir", "{}"),
     ],
 )
 def test_a_read_only_disk(command, folder: str, refusal: str, on_disk, tmp_path: Path) -> None:

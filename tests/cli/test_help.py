@@ -83,6 +83,10 @@ def test_a_choice_has_a_help_of_its_own(capsys, monkeypatch) -> None:
     assert "spline.angle=45.0\n    angle in degrees; " in text
     assert "spline.refine.levels=1\n    number of times that every" in text
     assert "Choices" not in text
+
+
+@pytest.mark.slow
+def test_a_bundle_and_a_list_have_a_help_of_their_own(capsys, monkeypatch) -> None:
     text = help_of("infer", capsys, monkeypatch, "meshing=parametric", "meshing.size=3%")
     assert "meshing.size=3%\n    wanted edge length" in text
     assert "meshing.subdivide.size=3%" in text and "meshing.map.level=3" in text

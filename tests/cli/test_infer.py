@@ -16,6 +16,7 @@ from polycube import HOME
 from polycube.cli.infer import _command
 from polycube.errors import InputError
 from polycube.io.manifest import writing
+from tests.conftest import first_quick
 from tests.fixtures.runs import FAST, config, run, tree
 
 
@@ -27,6 +28,7 @@ def rod(tmp_path_factory) -> tuple[dict, Path]:
     ), folder
 
 
+@pytest.mark.slow
 def test_one_part_all_the_way(rod):
     report, folder = rod
     assert report["valid"]
@@ -51,6 +53,7 @@ def test_one_part_all_the_way(rod):
     assert not [name for name in tree(folder) if name.endswith((".tmp", ".partial"))]
 
 
+@pytest.mark.slow
 def test_volumes_of_part_mesh_and_spline(rod):
     report, folder = rod
     part, mesh, spline = (report[name]["volume"] for name in ("input", "hex", "spline"))
@@ -62,6 +65,7 @@ def test_volumes_of_part_mesh_and_spline(rod):
         assert len(arrays["control"]) == report["spline"]["functions"]
 
 
+@pytest.mark.slow
 def test_six_rigid_modes_and_then_elastic_ones(rod):
     report, folder = rod
     omega_squared = np.array(report["modes"]["omega_squared"])
@@ -152,34 +156,43 @@ def test_a_given_context_is_used(tmp_path):
 
 @pytest.mark.parametrize(
     ("overrides", "sentence"),
-    [
-        (["mesh=nowhere.stl"], "nowhere.stl"),
-        (["mesh=nowhere.stl", "output_dir=/proc/nowhere"], "cannot write results to /proc/nowhere"),
-        (["mesh=example:nothing"], "rod"),
-        (["mesh=example:rod", "structure=given", "context=[cube,cube]"], "genus"),
-        (["mesh=example:rod", "structure=given", "context=[cube,cone]"], "cone"),
-        (["mesh=example:rod", "spline.plugin=nurbs"], "h2s"),
-        (["mesh=example:rod", "export=[abaqus]", "export.abaqus.element=C4"], "C3D8"),
-        (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
-        (["mesh=example:rod", "resume=nowhere", "from=spline"], "contains no result"),
-        (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
-        (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
-        (["mesh=example:rod", "order=mesh"], "order must be a list"),
-        (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
-        (["mesh=example:ring", "structure=sweep"], "verbose=true shows the reasons"),
-        (["mesh=example:rod", "effort=some"], "effort must be first, normal, thorough; got 'some'"),
-        (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
-        (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),
-        (["mesh=example:rod", "meshing.size=fine"], "size must be a positive number"),
-        (["mesh=example:rod", "meshing.size=-5%"], "got '-5%'"),
-        (["mesh=example:rod", "meshing.level=many"], "level must be null or a whole number"),
-        (["mesh=example:rod", "meshing.deviation=0"], "deviation must be a positive number"),
-        (["mesh=example:rod", "meshing.creases=near"], "creases must be a positive number"),
-        (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
-        (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
-        (["resume=nowhere"], "from=STAGE"),
-        ([], "infer.py part.step"),
-    ],
+    first_quick(
+        3,
+        [
+            (["mesh=nowhere.stl"], "nowhere.stl"),
+            (
+                ["mesh=nowhere.stl", "output_dir=/proc/nowhere"],
+                "cannot write results to /proc/nowhere",
+            ),
+            (["mesh=example:nothing"], "rod"),
+            (["mesh=example:rod", "structure=given", "context=[cube,cube]"], "genus"),
+            (["mesh=example:rod", "structure=given", "context=[cube,cone]"], "cone"),
+            (["mesh=example:rod", "spline.plugin=nurbs"], "h2s"),
+            (["mesh=example:rod", "export=[abaqus]", "export.abaqus.element=C4"], "C3D8"),
+            (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
+            (["mesh=example:rod", "resume=nowhere", "from=spline"], "contains no result"),
+            (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
+            (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
+            (["mesh=example:rod", "order=mesh"], "order must be a list"),
+            (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
+            (["mesh=example:ring", "structure=sweep"], "verbose=true shows the reasons"),
+            (
+                ["mesh=example:rod", "effort=some"],
+                "effort must be first, normal, thorough; got 'some'",
+            ),
+            (["mesh=example:rod", "seed=x"], "seed must be a whole number, 0 or more; got 'x'"),
+            (["mesh=example:rod", "quiet=maybe"], "quiet must be true or false; got 'maybe'"),
+            (["mesh=example:rod", "meshing.size=fine"], "size must be a positive number"),
+            (["mesh=example:rod", "meshing.size=-5%"], "got '-5%'"),
+            (["mesh=example:rod", "meshing.level=many"], "level must be null or a whole number"),
+            (["mesh=example:rod", "meshing.deviation=0"], "deviation must be a positive number"),
+            (["mesh=example:rod", "meshing.creases=near"], "creases must be a positive number"),
+            (["mesh=example:rod", "meshing.max_hexes=1e5"], "max_hexes must be a whole number"),
+            (["mesh=example:rod", "meshing.regions=[{box:[1,2],size:1}]"], "a region is"),
+            (["resume=nowhere"], "from=STAGE"),
+            ([], "infer.py part.step"),
+        ],
+    ),
 )
 def test_refusals_are_one_sentence_with_code_2_and_no_files(
     overrides, sentence, tmp_path, monkeypatch, capsys
@@ -192,6 +205,7 @@ def test_refusals_are_one_sentence_with_code_2_and_no_files(
     assert tree(tmp_path) == set()
 
 
+@pytest.mark.slow
 def test_the_name_of_a_file_alone_is_the_mesh(tmp_path):
     (tmp_path / "part.stl").touch()
     command = [sys.executable, str(HOME / "infer.py"), "part.stl"]
@@ -248,6 +262,7 @@ def test_a_folder_that_can_not_be_written_is_refused(tmp_path, capsys):
     assert "run.log would be overwritten" in errors[0] and "cannot write results to" in errors[1]
 
 
+@pytest.mark.slow
 def test_help_shows_how_to_begin():
     command = [sys.executable, str(HOME / "infer.py"), "--help"]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)

@@ -16,6 +16,7 @@ from polycube.io.stl import write_stl
 from polycube.structure.lattice import OUTWARD
 from polycube.surface.measures import face_normals
 from polycube.types import TriMesh
+from tests.conftest import first_quick
 from tests.fixtures.meshed import TURN, hexes_of, true_knots
 from tests.fixtures.trainings import config
 
@@ -92,6 +93,7 @@ def test_a_file_of_the_users_is_not_overwritten(tmp_path: Path) -> None:
     assert not (tmp_path / TABLE).exists()
 
 
+@pytest.mark.slow
 def test_a_part_of_many_slabs_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("polycube.cli.make_pairs.MOST_SLABS", 1)
     monkeypatch.setattr(
@@ -104,18 +106,21 @@ def test_a_part_of_many_slabs_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [
-        ([], "error: parts: no parts given"),
-        (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
-        (["parts=[a/x.stl,b/x.stl]"], "error: parts: 2 parts have the name x; rename them"),
-        (["parts=[a/x.stl]", "effort=2"], "error: policy=best_gain: effort must be"),
-        (["parts=[a/x.stl]", "size=none"], "error: meshing/subdivide=template: size must be"),
-        (
-            ["parts=[a/x.stl]"],
-            "error: pairs/summary.csv: no part gave pairs; the table gives the reasons",
-        ),
-        (["sise=4%"], "error: there is no option sise"),
-    ],
+    first_quick(
+        3,
+        [
+            ([], "error: parts: no parts given"),
+            (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
+            (["parts=[a/x.stl,b/x.stl]"], "error: parts: 2 parts have the name x; rename them"),
+            (["parts=[a/x.stl]", "effort=2"], "error: policy=best_gain: effort must be"),
+            (["parts=[a/x.stl]", "size=none"], "error: meshing/subdivide=template: size must be"),
+            (
+                ["parts=[a/x.stl]"],
+                "error: pairs/summary.csv: no part gave pairs; the table gives the reasons",
+            ),
+            (["sise=4%"], "error: there is no option sise"),
+        ],
+    ),
 )
 def test_no_pairs_and_wrong_options_are_one_sentence_and_exit_code_2(
     arguments: list[str],

@@ -19,6 +19,7 @@ from polycube.io.hex_meshes import read_hexes
 from polycube.pipeline.run import Run
 from polycube.search.chain import Deadline
 from polycube.stages import Clock
+from tests.conftest import first_quick
 from tests.fixtures.runs import FAST, config, run, tree
 
 ROD = ("mesh=example:rod", *FAST)
@@ -83,7 +84,7 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
     assert more["hex"] == report["hex"] and "interrupted" not in more
 
 
-@pytest.mark.parametrize("last", ["meshing/subdivide", "meshing/pillow"])
+@pytest.mark.parametrize("last", first_quick(1, ["meshing/subdivide", "meshing/pillow"]))
 def test_when_the_time_is_over_the_mesh_so_far_is_written(last, tmp_path, monkeypatch) -> None:
     original, ended = Clock.run, []
 
@@ -154,7 +155,7 @@ def test_ctrl_c_at_the_real_program(times, tmp_path) -> None:
         assert report["interrupted"] and report["valid"]
 
 
-@pytest.mark.parametrize("value", ["0", "-5", "soon", "true", ".inf"])
+@pytest.mark.parametrize("value", first_quick(2, ["0", "-5", "soon", "true", ".inf"]))
 def test_seconds_must_be_a_positive_number(value, tmp_path, capsys) -> None:
     assert _command(config(*ROD, f"output_dir={tmp_path}", f"seconds={value}")) == 2
     assert "seconds must be null or a positive number; got" in capsys.readouterr().err

@@ -18,6 +18,7 @@ from polycube.errors import InputError
 from polycube.io.hex_meshes import read_hexes
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
+from tests.conftest import first_quick
 from tests.fixtures import assemblies, cad_parts
 from tests.fixtures.runs import config, tree
 
@@ -73,6 +74,7 @@ def test_the_same_solid_is_meshed_once_and_moved(done):
     assert any(name.startswith("meshing") for name in report(folder / "left")["seconds"])
 
 
+@pytest.mark.slow
 def test_meshes_agree_where_equal_cubes_touch_and_not_at_the_small_one(done):
     _, folder = done
     first, second = report(folder)["contacts"]
@@ -84,6 +86,7 @@ def test_meshes_agree_where_equal_cubes_touch_and_not_at_the_small_one(done):
     assert first["quads"] == [16, 16] and first["common_quads"] == 16
 
 
+@pytest.mark.slow
 def test_the_mesh_of_all_names_the_solids_and_has_one_vertex_where_they_agree(done):
     _, folder = done
     text = (folder / "hex.vtu").read_text()
@@ -100,6 +103,7 @@ def test_the_mesh_of_all_names_the_solids_and_has_one_vertex_where_they_agree(do
         np.testing.assert_allclose([own.min(axis=0), own.max(axis=0)], [low, high], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
     _, folder = done
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
@@ -118,6 +122,7 @@ def combined_again(cubes, folder):
     return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was run again"))
 
 
+@pytest.mark.slow
 def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
     folder = shutil.copytree(done[1], tmp_path / "again")
     assert combined_again(cubes, folder) == (0, "") and report(folder)["valid"]
@@ -127,6 +132,7 @@ def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
     assert len(meshio.read(folder / "hex.inp").points) == 9 * 5 * 5 + 5**3
 
 
+@pytest.mark.slow
 def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     done, cubes, tmp_path, monkeypatch
 ):
@@ -161,11 +167,14 @@ def test_a_file_with_one_solid_is_one_run(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
-    [
-        (["hex=given.vtu"], "cad.solid=all cannot be combined with hex="),
-        (["resume=old", "from=spline"], "resume the run of one solid, in its own folder"),
-        (["preflight=places.vtp"], "a file of the places is for one solid"),
-    ],
+    first_quick(
+        1,
+        [
+            (["hex=given.vtu"], "cad.solid=all cannot be combined with hex="),
+            (["resume=old", "from=spline"], "resume the run of one solid, in its own folder"),
+            (["preflight=places.vtp"], "a file of the places is for one solid"),
+        ],
+    ),
 )
 def test_settings_for_one_solid_are_refused(cubes, tmp_path, capsys, words, sentence):
     words = [f"mesh={cubes}", "cad.solid=all", f"output_dir={tmp_path / 'run'}", *words]
@@ -204,6 +213,7 @@ def test_a_copy_has_the_exit_code_of_its_original(tmp_path):
     assert report(tmp_path / "out")["solids"][2]["says"] == "as bolt_1: no luck"
 
 
+@pytest.mark.slow
 def test_results_of_an_earlier_run_are_not_those_of_a_refused_one(done, cubes, tmp_path):
     """The meshes are there, but this time every solid that is meshed was refused."""
     folder = shutil.copytree(done[1], tmp_path / "again")

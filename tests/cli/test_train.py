@@ -21,6 +21,7 @@ from polycube.diffusion.denoiser import DenoiserOptions
 from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.weights import load_denoiser
 from polycube.registry import build
+from tests.conftest import first_quick
 from tests.fixtures.trainings import SMALL, command, config
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
@@ -31,14 +32,15 @@ def options(group: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "choice", [c for g in ("schedule", "model", "sampler", "data") for c in options(g)]
+    "choice",
+    first_quick(6, [c for g in ("schedule", "model", "sampler", "data") for c in options(g)]),
 )
 def test_every_option_composes_and_builds(choice: str) -> None:
     group = choice.split("=")[0]
     assert build(group, compose("train", [choice])[group])
 
 
-@pytest.mark.parametrize("choice", [*options("trainer"), *options("experiment")])
+@pytest.mark.parametrize("choice", first_quick(2, [*options("trainer"), *options("experiment")]))
 def test_every_trainer_and_experiment_composes(choice: str) -> None:
     assert compose("train", [choice])["trainer"]["_target_"] == "lightning.pytorch.Trainer"
 

@@ -7,6 +7,7 @@ import pytest
 
 from polycube.cli.train import train
 from polycube.errors import InputError
+from tests.conftest import first_quick
 from tests.fixtures.trainings import SMALL, command, config
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
@@ -22,17 +23,23 @@ def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("argument", "message"),
-    [
-        ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
-        ("learning.decay=steep", "error: learning.decay must be one of"),
-        ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
-        ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
-        ("denoiser.target=mean", "error: denoiser.target must be one of x0, noise, v, move; got"),
-        ("learning.thin=2", "error: model=tiny needs whole images, so learning.thin must be 1"),
-        ("ema=1", "error: ema must lie between 0 and 1; got 1"),
-        ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
-        ("ckpt=last", "error: ckpt=last: no run under"),
-    ],
+    first_quick(
+        3,
+        [
+            ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
+            ("learning.decay=steep", "error: learning.decay must be one of"),
+            ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
+            ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),
+            (
+                "denoiser.target=mean",
+                "error: denoiser.target must be one of x0, noise, v, move; got",
+            ),
+            ("learning.thin=2", "error: model=tiny needs whole images, so learning.thin must be 1"),
+            ("ema=1", "error: ema must lie between 0 and 1; got 1"),
+            ("ckpt=nowhere.ckpt", "error: no checkpoint at nowhere.ckpt"),
+            ("ckpt=last", "error: ckpt=last: no run under"),
+        ],
+    ),
 )
 def test_a_wrong_option_is_one_sentence_and_exit_code_2(
     argument: str,

@@ -169,6 +169,7 @@ def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
         denoiser.vectors([("cone", None)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_threads", [2, 3])
 def test_results_do_not_depend_on_the_number_of_threads(n_threads: int) -> None:
     """To the last bit: a difference of a millionth leads to a different mesh."""

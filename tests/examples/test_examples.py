@@ -39,6 +39,7 @@ def test_triangles_are_well_shaped(name):
     assert np.mean(shape) > 0.8
 
 
+@pytest.mark.slow
 def test_examples_are_reproducible():
     first, again = (surface_of("rod") for _ in range(2))
     assert (first.vertices == again.vertices).all() and (first.faces == again.faces).all()

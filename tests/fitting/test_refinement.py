@@ -65,6 +65,7 @@ def test_a_mesh_that_matches_its_part_is_refined_too():
     assert max(feature.distance for feature in found.features) < 1e-3
 
 
+@pytest.mark.slow
 def test_the_mesh_is_unchanged_if_no_finer_mesh_is_good(coarse, sphere, monkeypatch):
     monkeypatch.setattr(refinement, "LEAST", 1.0)
     monkeypatch.setattr(refinement, "RELATIVE_LEAST", np.inf)

@@ -9,6 +9,7 @@ from polycube.hexmesh.face_groups import ENDS, cad_ends_and_holes, measure
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import face_areas
 from polycube.types import TriMesh
+from tests.conftest import first_quick
 from tests.fixtures import cad_parts
 from tests.fixtures.hexmeshes import hex_box, surface_of
 
@@ -50,7 +51,7 @@ AREAS = {  # of all names, those of walls that a cylinder cuts from a cylinder a
 }
 
 
-@pytest.mark.parametrize("name", AREAS)
+@pytest.mark.parametrize("name", first_quick(1, AREAS))
 def test_named_sets_of_a_part_are_complete_faces(tmp_path, name):
     surface, _ = read_surface(cad_parts.write(name, tmp_path))
     area = np.bincount(surface.region, face_areas(surface))
@@ -60,6 +61,7 @@ def test_named_sets_of_a_part_are_complete_faces(tmp_path, name):
     assert {set_: found[set_] for set_ in exact} == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_keyway_is_a_hole_with_its_floor(tmp_path):
     """Its floor does not lie at z_max, although nothing else faces up at that end."""
     surface, _ = read_surface(cad_parts.write("shaft", tmp_path))

@@ -16,6 +16,7 @@ from polycube.io.solids.listing import read_solids
 from polycube.io.step.faces import named_faces
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume
+from tests.conftest import first_quick
 
 BORED = 100 * 60 * 40 - np.pi * 12**2 * 40  # volume
 WRITE = """
@@ -45,7 +46,7 @@ def step(tmp_path_factory):
     return part(tmp_path_factory.mktemp("cad"))
 
 
-@pytest.mark.parametrize("suffix", ["step", "brep", "igs"])
+@pytest.mark.parametrize("suffix", first_quick(1, ["step", "igs", "brep"]))
 def test_a_bored_box_keeps_volume_place_and_hole(tmp_path, suffix):
     surface, warnings = read_surface(part(tmp_path, suffix))
     assert warnings == []
@@ -128,6 +129,7 @@ def test_names_or_colours_of_gmsh(groups, expected):
     assert _names(SimpleNamespace(model=model), [0, 1], groups) == expected
 
 
+@pytest.mark.slow
 def test_more_segments_are_nearer_to_the_solid(step):
     off = [
         abs(volume(read_surface(step, Cad(segments=segments))[0]) - BORED) for segments in (12, 48)
@@ -135,6 +137,7 @@ def test_more_segments_are_nearer_to_the_solid(step):
     assert 8 < off[0] / off[1]  # 16 for chords of a circle
 
 
+@pytest.mark.slow
 def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     metres = tmp_path / "metres.step"
     text = step.read_text()
@@ -149,6 +152,7 @@ def test_coordinates_are_in_the_unit_of_the_file(tmp_path, step):
     assert all(read_surface(metres, Cad(units=units))[1] == [] for units in ("m", "auto"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("flag", "unit"), [("1,2HIN", "in"), ("4,2HFT", "ft"), ("6,2H M", "m")])
 def test_lengths_of_iges_are_in_its_unit(tmp_path, flag, unit):
     """The faces of a part of 100 m are sewn to a solid as well as those of one of 100 mm."""
@@ -161,6 +165,7 @@ def test_lengths_of_iges_are_in_its_unit(tmp_path, flag, unit):
     np.testing.assert_allclose(np.ptp(surface.vertices, axis=0), [100, 60, 40], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
     path = part(tmp_path, solids="two")
     with pytest.raises(InputError, match=r"2 solids: 1 \(volume 22190.* 2 \(volume 6 mm3, from"):
@@ -172,10 +177,13 @@ def test_several_solids_are_listed_and_one_can_be_chosen(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
-    [
-        ("good morning", "not a readable .step file|contains no solid"),
-        ("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "no solid"),
-    ],
+    first_quick(
+        1,
+        [
+            ("good morning", "not a readable .step file|contains no solid"),
+            ("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "no solid"),
+        ],
+    ),
 )
 def test_what_holds_no_solid_is_refused(tmp_path, text, sentence):
     path = tmp_path / "part.step"
@@ -185,6 +193,7 @@ def test_what_holds_no_solid_is_refused(tmp_path, text, sentence):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_half_a_file_is_refused(tmp_path, step):
     path = tmp_path / "half.step"
     text = step.read_text()
@@ -248,7 +257,7 @@ def test_names_of_faces_in_a_damaged_file_are_left_out(tmp_path, step, old, new)
     assert named_faces(path, ["Plane"], [np.eye(3)]).faces == ("",)
 
 
-@pytest.mark.parametrize("rest", [b"x\n", b"#1=", b"'", b"("])
+@pytest.mark.parametrize("rest", first_quick(1, [b"#1=", b"x\n", b"'", b"("]))
 def test_what_follows_the_end_of_a_step_file_is_not_read(tmp_path, step, rest):
     path = tmp_path / "part.step"
     path.write_bytes(step.read_bytes() + rest * (100_000 // len(rest)))

@@ -6,6 +6,7 @@ import pytest
 from polycube.io.cad import Cad
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume
+from tests.conftest import first_quick
 from tests.fixtures import cad_parts
 
 TURN = 2 * np.pi
@@ -21,7 +22,7 @@ PARTS = {  # number of CAD faces, genus, volume
 }
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", first_quick(3, PARTS))
 def test_a_part_is_as_drawn(tmp_path, name):
     faces, handles, size = PARTS[name]
     surface, warnings = read_surface(cad_parts.write(name, tmp_path), cad=Cad(segments=32))

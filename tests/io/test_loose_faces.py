@@ -11,6 +11,7 @@ import pytest
 from polycube.errors import InputError
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume
+from tests.conftest import first_quick
 
 HEAD = """
 import sys, gmsh
@@ -46,7 +47,7 @@ def written(path: Path, body: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("gap", [0.0004, 0.004, 0.015])
+@pytest.mark.parametrize("gap", first_quick(1, [0.0004, 0.004, 0.015]))
 def test_small_gaps_are_sewn_and_reported(gap, tmp_path):
     surface, notes = read_surface(written(tmp_path / "part.igs", LOOSE.format(gap=gap)))
     assert volume(surface) == pytest.approx(1e6, rel=2e-4) and genus(surface) == 0
@@ -60,6 +61,7 @@ def test_faces_that_meet_are_sewn_without_a_note(tmp_path):
     assert volume(surface) == pytest.approx(1e6, rel=1e-6) and notes == []
 
 
+@pytest.mark.slow
 def test_a_larger_gap_is_named_with_its_place(tmp_path):
     path = written(tmp_path / "part.igs", LOOSE.format(gap=0.5))
     with pytest.raises(
@@ -68,6 +70,7 @@ def test_a_larger_gap_is_named_with_its_place(tmp_path):
         read_surface(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.5, 0.1])
 def test_small_fillets_take_few_triangles(radius, tmp_path):
     surface, notes = read_surface(written(tmp_path / "part.step", FILLETED.format(radius=radius)))

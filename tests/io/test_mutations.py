@@ -23,6 +23,8 @@ EACH = 200  # files of a format; 6400 in all
 CAD = ("step", "iges", "brep")
 LONG = ("iges", "fbx")  # their readers take seconds for a damaged file
 FOREIGN = ("glb", "gltf", *CAD)  # read in a process of their own
+HEXES = ("vtu ascii", "vtk", "vtk binary", "medit")
+HEXES = (*HEXES, *(f"gmsh {each}" for each in ("2", "2 binary", "4", "4 binary")))
 OPEN3D = ("fbx", "pcd", "pcd binary", "pcd compressed", "xyz", "ply points", "ply points ascii")
 
 
@@ -41,7 +43,14 @@ def sound(tmp_path_factory: pytest.TempPathFactory):
     return write
 
 
-@pytest.mark.parametrize("name", [each for each in FORMATS if each not in LONG])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(each, marks=pytest.mark.slow if each in (*FOREIGN, *OPEN3D, *HEXES) else ())
+        for each in FORMATS
+        if each not in LONG
+    ],
+)
 def test_a_sound_file_is_read_and_a_damaged_one_read_or_refused(name: str, sound) -> None:
     path = sound(name)
     suffix, _, read = FORMATS[name]

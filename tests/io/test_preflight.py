@@ -88,6 +88,7 @@ def command(*overrides: str) -> int:
     return _command(OmegaConf.create(compose("infer", overrides)))
 
 
+@pytest.mark.slow
 def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     before = set(tmp_path.iterdir())

@@ -2,6 +2,7 @@
 
 import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,10 +16,13 @@ from polycube.io.step.text import decoded, exchange
 from polycube.io.surfaces import read_surface
 from polycube.names import plain
 from polycube.units import METRES
+from tests.conftest import first_quick
 from tests.fixtures import step_files
 from tests.fixtures.exports import export
 from tests.fixtures.hexmeshes import hex_box
 from tests.fixtures.step_files import UNITS, box, side_of
+
+ALIKE = [unit for unit in UNITS if unit not in ("m", "in", "km", "nm")]
 
 
 @pytest.mark.parametrize(
@@ -59,7 +63,7 @@ def test_the_encoding_of_a_file_is_recognized(tmp_path, code) -> None:
     assert exchange(path).name("1") == "Größe"
 
 
-@pytest.mark.parametrize("code", ["gb18030", "cp932"])
+@pytest.mark.parametrize("code", first_quick(1, ["gb18030", "cp932"]))
 def test_names_in_another_encoding_stay_different_and_are_noted(tmp_path, code) -> None:
     names = ["固定面", "荷重面", "安全孔", "表面", "面表", "孔"]
     path = box(tmp_path / "a.step", names)
@@ -73,7 +77,7 @@ def test_names_in_another_encoding_stay_different_and_are_noted(tmp_path, code) 
     assert [list(cad_sets(surface).numbers[name]) for name in sets] == [[k] for k in range(1, 7)]
 
 
-@pytest.mark.parametrize("piece", ["'", "/*", "#1=", r"'\X2\ABCD", "#", "''", "("])
+@pytest.mark.parametrize("piece", first_quick(5, ["''", "/*", "#1=", "#", "(", "'", r"'\X2\ABCD"]))
 def test_the_time_to_read_grows_with_the_size(tmp_path, piece) -> None:
     path = tmp_path / "a.step"
     path.write_text(piece * (2_000_000 // len(piece)))
@@ -82,7 +86,7 @@ def test_the_time_to_read_grows_with_the_size(tmp_path, piece) -> None:
     assert time.process_time() - begin < 8  # a quadratic reader takes hours
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", first_quick(4, ["m", "in", "km", "nm", *ALIKE]))
 def test_lengths_are_in_the_unit_of_the_file(tmp_path, unit) -> None:
     path = box(tmp_path / "a.step", unit=unit)
     assert file_unit(path) == unit
@@ -134,9 +138,9 @@ def test_units_of_other_formats(tmp_path, suffix, text, unit) -> None:
         assert file_unit(path) == expected
 
 
-def test_groups_shells_aspects_and_layers(tmp_path) -> None:
-    """The members are faces or a whole shell; an aspect names its faces one at a time."""
-    path = box(tmp_path / "a.step")
+def grouped(path: Path) -> Path:
+    """A box whose groups have faces or a whole shell; an aspect names its faces one at a time."""
+    box(path)
     one, two, three, *_ = step_files.faces(path)
     shell = path.read_text().partition(" = CLOSED_SHELL")[0].rpartition("#")[2]
     more = (
@@ -150,12 +154,22 @@ def test_groups_shells_aspects_and_layers(tmp_path) -> None:
     box(path, ["", "seat"], more=more)
     text = path.read_text().replace("CLOSED_SHELL(''", "CLOSED_SHELL('skin'")
     path.write_text(text.replace("MANIFOLD_SOLID_BREP(''", "MANIFOLD_SOLID_BREP('Lever; A'"))
+    return path
+
+
+def test_groups_shells_and_aspects(tmp_path) -> None:
+    path = grouped(tmp_path / "a.step")
     surface, _ = read_surface(path)
     assert surface.name == "Lever; A"
     groups = {"held": (1, 2), "seat": (2, 3), "skin": (1, 2, 3, 4, 5, 6)}
     assert surface.region_groups == groups and surface.region_names == ("", "seat", *4 * ("",))
     sets = {name: own.tolist() for name, own in cad_sets(surface).numbers.items()}
     assert sets["cad_seat"] == [2, 3] and sets["cad_held"] == [1, 2]
+
+
+@pytest.mark.slow
+def test_groups_are_layers_or_left_out_on_request(tmp_path) -> None:
+    path = grouped(tmp_path / "a.step")
     layers, _ = read_surface(path, Cad(groups="layer"))
     assert layers.region_groups == {"top": (3,), "all": (1, 2, 3, 4, 5, 6)}
     assert not any(layers.region_names)

@@ -13,6 +13,7 @@ from polycube.errors import InputError
 from polycube.io.surfaces import read_surface
 from polycube.surface.checks import check_surface
 from polycube.surface.measures import genus, volume
+from tests.conftest import first_quick
 from tests.fixtures.sound_files import write_fbx
 from tests.fixtures.surfaces import box, torus
 
@@ -134,7 +135,7 @@ def test_names_that_can_not_be_read(tmp_path, name, sentence):
         read_surface(tmp_path / name)
 
 
-@pytest.mark.parametrize("kind", ["ply", "off", "glb", "obj", "fbx"])
+@pytest.mark.parametrize("kind", first_quick(3, ["ply", "off", "obj", "glb", "fbx"]))
 def test_garbage_is_refused_in_every_format(tmp_path, kind):
     path = tmp_path / f"part.{kind}"
     path.write_bytes(bytes(range(256)) * 8)
@@ -159,7 +160,7 @@ def test_missing_libusb_names_the_cure(tmp_path, monkeypatch):
         read_surface(path)
 
 
-@pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off", "glb"])
+@pytest.mark.parametrize("kind", first_quick(4, ["stl", "obj", "ply", "off", "glb"]))
 def test_damaged_files_are_read_or_refused(tmp_path, kind):
     path = written(tmp_path, kind, torus(8, 5))
     intact, rng = path.read_bytes(), np.random.default_rng(0)
@@ -176,6 +177,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, kind):
             check_surface(surface)
 
 
+@pytest.mark.slow
 def test_reading_imports_no_heavy_package(tmp_path):
     code = (
         "import sys; from polycube.io.surfaces import read_surface; read_surface(sys.argv[1]);"

@@ -10,6 +10,7 @@ from polycube.pipeline.run import Run
 from polycube.pipeline.settings import Settings
 from polycube.state import RunState
 from polycube.types import Candidate
+from tests.conftest import first_quick
 from tests.fixtures.polycubes import part
 
 L = ("cube", "cube", "cube", None)
@@ -43,12 +44,15 @@ def test_an_l_is_found_although_no_row_of_cells_has_its_shape():
 
 @pytest.mark.parametrize(
     ("override", "expected"),
-    [
-        ("seed=0", [(2, 1, 1), (3, 1, 1), (2, 2, 1)]),
-        ("grid=2x2x2", [(2, 2, 2)]),
-        ("grid.shape=[4,1,1]", [(4, 1, 1)]),
-        ("grid.among=[[1,1,1],[5,1,1]]", [(1, 1, 1), (5, 1, 1)]),
-    ],
+    first_quick(
+        2,
+        [
+            ("seed=0", [(2, 1, 1), (3, 1, 1), (2, 2, 1)]),
+            ("grid=2x2x2", [(2, 2, 2)]),
+            ("grid.shape=[4,1,1]", [(4, 1, 1)]),
+            ("grid.among=[[1,1,1],[5,1,1]]", [(1, 1, 1), (5, 1, 1)]),
+        ],
+    ),
 )
 def test_some_grids_are_tried_unless_one_is_given(override, expected):
     assert grids(run(override).settings) == expected
@@ -69,11 +73,14 @@ def test_equal_structures_are_proposed_once():
 
 @pytest.mark.parametrize(
     ("context", "grid"),
-    [
-        ("[cube,cube]", (2, 1, 1)),
-        ("[cube,cube,cube]", (3, 1, 1)),
-        ("[cube,cube,cube,null]", (2, 2, 1)),
-    ],
+    first_quick(
+        1,
+        [
+            ("[cube,cube]", (2, 1, 1)),
+            ("[cube,cube,cube]", (3, 1, 1)),
+            ("[cube,cube,cube,null]", (2, 2, 1)),
+        ],
+    ),
 )
 def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
     found = run("grid=auto", f"context={context}")
@@ -82,11 +89,14 @@ def test_a_given_context_goes_on_the_first_grid_that_holds_it(context, grid):
 
 @pytest.mark.parametrize(
     ("overrides", "sentence"),
-    [
-        (["structure=slices"], "structure=slices finds the structure itself"),
-        (["structure.proposals.slices.frames=1"], "structure.proposals.slices.frames has no"),
-        (["structure.proposals.labels.bricks=7"], "labels.bricks has no effect"),
-    ],
+    first_quick(
+        1,
+        [
+            (["structure=slices"], "structure=slices finds the structure itself"),
+            (["structure.proposals.slices.frames=1"], "structure.proposals.slices.frames has no"),
+            (["structure.proposals.labels.bricks=7"], "labels.bricks has no effect"),
+        ],
+    ),
 )
 def test_options_that_a_context_replaces_are_refused(overrides, sentence):
     one = ["~structure.proposals.diffusion"] if len(overrides[0]) > 20 else []

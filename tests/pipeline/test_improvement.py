@@ -12,6 +12,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.io.vtk import write_hex_vtu
 from polycube.registry import build
+from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import false_friend, hex_box, hex_cylinder
 from tests.fixtures.runs import config, run, tree
 
@@ -75,6 +76,7 @@ def test_never_worse_than_what_was_given(damage, tmp_path):
     assert judge(got, surface).key >= judge(given, surface).key
 
 
+@pytest.mark.slow
 def test_an_inverted_hex_is_untangled(tmp_path):
     mesh = hex_box((3, 3, 3))
     vertices = mesh.vertices.copy()
@@ -89,12 +91,18 @@ def test_an_inverted_hex_is_untangled(tmp_path):
 
 @pytest.mark.parametrize(
     ("overrides", "sentence"),
-    [
-        (["hex=nowhere.vtu"], "there is no such file"),
-        (["hex={box}", "mesh=example:rod"], "give both in the same units: it is "),
-        (["hex={box}", "acceptance.certify=somewhere"], "certify must be everywhere or corners"),
-        (["hex={box}", "improve.order=[meshing/subdivide]"], "needs polycube"),
-    ],
+    first_quick(
+        2,
+        [
+            (["hex=nowhere.vtu"], "there is no such file"),
+            (["hex={box}", "mesh=example:rod"], "give both in the same units: it is "),
+            (
+                ["hex={box}", "acceptance.certify=somewhere"],
+                "certify must be everywhere or corners",
+            ),
+            (["hex={box}", "improve.order=[meshing/subdivide]"], "needs polycube"),
+        ],
+    ),
 )
 def test_refusals(overrides, sentence, crooked, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -130,6 +138,7 @@ def test_a_mesh_with_the_requested_certificate_is_preferred(certify):
     assert other.is_valid or better.key > other.key
 
 
+@pytest.mark.slow
 def test_another_genus_gives_a_warning(tmp_path):
     block = hex_box((3, 3, 1))
     ring = hex_mesh(block.vertices, np.delete(block.hexes, 4, axis=0))

@@ -37,6 +37,7 @@ def copy(source, tmp_path_factory):
     return folder, execute(settings(*STATIC, load), folder, placed=(source[0], MOTION))
 
 
+@pytest.mark.slow
 def test_mesh_and_surface_are_moved_and_cad_faces_renumbered(source, copy):
     before, after = source[1], copy[1]
     assert after.failure is None and before.failure is None
@@ -49,6 +50,7 @@ def test_mesh_and_surface_are_moved_and_cad_faces_renumbered(source, copy):
         np.testing.assert_array_equal(own, moved)
 
 
+@pytest.mark.slow
 def test_names_of_directions_are_those_of_the_new_place(source, copy):
     before, after = source[1].hexes.sets, copy[1].hexes.sets
     for old, new in {
@@ -60,6 +62,7 @@ def test_names_of_directions_are_those_of_the_new_place(source, copy):
         np.testing.assert_array_equal(before[old], after[new])
 
 
+@pytest.mark.slow
 def test_an_analysis_is_done_in_the_new_place(copy):
     """The bar lies along y there, and is held at one end and pulled at the other."""
     report = copy[1].report["static"]
@@ -68,6 +71,7 @@ def test_an_analysis_is_done_in_the_new_place(copy):
     assert held["at"] == "y_min" and held["force"] == pytest.approx([0, -1, 0], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_its_folder_is_that_of_a_run_which_can_be_resumed(copy):
     folder, result = copy
     assert is_meshed(folder, ORDER) and not is_meshed(folder / "stages", ORDER)

@@ -56,6 +56,7 @@ def test_an_unknown_face_is_refused_before_anything_is_written(tmp_path, capsys)
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_entries_are_also_checked_for_a_given_hex_mesh(tmp_path, capsys):
     path = write_hex_vtu(tmp_path / "box.vtu", hex_box((4, 3, 2), (4.0, 3.0, 2.0)))
     overrides = [f"hex={path}", "order=[meshing]", f"output_dir={tmp_path / 'out'}"]

@@ -30,6 +30,7 @@ def test_every_stream_is_seeded_and_endless(name: str, primitives: dict) -> None
     assert len(a.geometry) in (512, 1024) and np.abs(a.geometry).max() < 1.2
 
 
+@pytest.mark.slow
 def test_paired_takes_every_context_in_turn(primitives: dict) -> None:
     stream = build("data", {"plugin": "paired"})((2, 1, 1), primitives, seed=0)
     assert [stream(i).context for i in range(24)] == contexts((2, 1, 1), primitives)

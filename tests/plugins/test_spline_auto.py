@@ -12,6 +12,7 @@ from polycube.hexmesh.named_sets import boundary_sets, sets_of_spline
 from polycube.io.hex_meshes import boundary, patches
 from polycube.registry import BadOption, build
 from polycube.types import HexMesh, Spline
+from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import hex_box
 
 THICK, RADIUS, LEG = 2.0, 3.0, 8.0  # of a strip: wall, inner radius of its bend, legs
@@ -54,7 +55,7 @@ def answers(spline: Spline):
     return found, np.array([static.displacement_error, *(modal.frequency * modal.errors)])
 
 
-@pytest.mark.parametrize("layers", [1, 2])
+@pytest.mark.parametrize("layers", first_quick(1, [1, 2]))
 def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers):
     mesh = strip(layers)
     exact, _ = answers(spline_of(mesh, "optimal", refine={"levels": 1}))
@@ -69,11 +70,13 @@ def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers)
         assert (ratio > 1).mean() > 0.9 and np.median(ratio) < 5
 
 
+@pytest.mark.slow
 def test_a_compact_free_block_keeps_the_functions_of_its_vertices():
     mesh = hex_box((8, 8, 8))
     assert len(spline_of(mesh, "auto", held=[]).control) == len(mesh.vertices)
 
 
+@pytest.mark.slow
 def test_the_tolerance_decides():
     mesh = hex_box((4, 4, 4))
     plain, larger = (spline_of(mesh, "auto", error=error) for error in (0.5, 1e-4))

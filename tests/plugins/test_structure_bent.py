@@ -18,6 +18,7 @@ from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.path import path
 from polycube.surface import measures
 from polycube.types import Candidate, TriMesh
+from tests.conftest import first_quick
 from tests.fixtures import columns
 from tests.fixtures.bent import SQUARE, bent
 from tests.fixtures.cad_parts import write
@@ -66,7 +67,7 @@ def test_the_ends_of_the_path_are_those_of_the_part(pieces):
         assert min(gaps) < 1e-9
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+@pytest.mark.parametrize("scale", first_quick(1, [1.0, 1e-3, 1e3]))
 def test_hexes_fill_a_bent_bar(scale):
     """Its volume is the area of the section times the path of its centre (Pappus)."""
     surface = placed(bent(SQUARE, [(4, 3, 90), (0, 5, 180), (2, 0, 0)], step=1.0), scale)
@@ -79,13 +80,14 @@ def test_hexes_fill_a_bent_bar(scale):
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.9
 
 
-@pytest.mark.parametrize(("around_hole", "wanted"), [(12, 4), (24, 6), (40, 10)])
+@pytest.mark.parametrize(("around_hole", "wanted"), first_quick(1, [(12, 4), (24, 6), (40, 10)]))
 def test_a_quarter_turn_has_four_hexes_or_more(around_hole, wanted):
     surface = bent(SQUARE, [(0, 8, 90)])
     [candidate] = propose(surface, size=100.0, around_hole=around_hole)
     assert len(candidate.blocks.hexes) == 4 * wanted
 
 
+@pytest.mark.slow
 def test_an_elbow_is_on_its_curves(tmp_path):
     surface, _ = read_surface(write("elbow", tmp_path))
     [candidate] = propose(surface, curvature="0.2%")

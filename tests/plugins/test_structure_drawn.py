@@ -29,6 +29,7 @@ from polycube.surface.frames import rotations, turn
 from polycube.surface.measures import diagonal, face_normals
 from polycube.testing import check_plugin
 from polycube.types import Candidate, Tier, TriMesh
+from tests.conftest import first_quick
 from tests.fixtures.machined import ELL, prism
 from tests.fixtures.polycubes import PRIMITIVES
 from tests.fixtures.surfaces import box, torus
@@ -77,7 +78,7 @@ def truth(part: Part, n_points: int = 4000, wrong: float = 0.0) -> tuple[TriMesh
     return surface, cloud.interpolated(surface)
 
 
-@pytest.mark.parametrize(("flat", "least"), [(False, 11), (True, 10)])
+@pytest.mark.parametrize(("flat", "least"), first_quick(1, [(False, 11), (True, 10)]))
 @pytest.mark.parametrize("wrong", [0.0, 0.02])
 def test_a_perfect_draw_gives_the_true_lattice(wrong: float, flat: bool, least: int) -> None:
     """Also if one point in fifty has another axis, so that the labels do not match a polycube."""

@@ -34,6 +34,7 @@ from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
+from tests.conftest import first_quick
 from tests.fixtures import columns
 from tests.fixtures.cad_parts import write
 from tests.fixtures.machined import ELL, GROOVE, SLOT, bored, numbered, pocketed, prism, rod
@@ -72,7 +73,7 @@ def round_hole(mesh: HexMesh, radius: float) -> int:
     return int((on & np.isclose(places[:, 2], places[:, 2].min())).sum())
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+@pytest.mark.parametrize("scale", first_quick(1, [1.0, 1e-3, 1e3]))
 def test_a_box_has_a_regular_mesh(scale):
     surface = placed(numbered(box((0, 0, 0), (4, 2, 1))), scale)
     mesh = hexes_of(surface, size=0.5 * scale, curvature=None)
@@ -104,6 +105,7 @@ def test_a_field_of_holes_is_one_section():
     assert len(mesh.hexes) < 72 * 60
 
 
+@pytest.mark.slow
 def test_the_quads_of_a_narrow_cell_do_not_overlap(tmp_path):
     """Between the circles of a keyed shaft and of its shoulder, rings of both do not fit."""
     surface, _ = read_surface(write("keyed", tmp_path))
@@ -113,7 +115,7 @@ def test_the_quads_of_a_narrow_cell_do_not_overlap(tmp_path):
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=0.01)
 
 
-@pytest.mark.parametrize("number", [8, 12, 16])
+@pytest.mark.parametrize("number", first_quick(1, [8, 12, 16]))
 def test_a_hole_has_the_requested_number_of_edges(number):
     mesh = hexes_of(bored(48), size=1.0, around_hole=number, curvature=None)
     check_conforming(mesh)
@@ -123,6 +125,7 @@ def test_a_hole_has_the_requested_number_of_edges(number):
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.5
 
 
+@pytest.mark.slow
 def test_edges_on_all_points_of_a_polygon_give_the_exact_volume():
     surface = bored(16)
     mesh = hexes_of(surface, size=1.0, around_hole=16, curvature=None)
@@ -131,13 +134,16 @@ def test_edges_on_all_points_of_a_polygon_give_the_exact_volume():
 
 @pytest.mark.parametrize(
     ("surface", "levels"),
-    [
-        (prism(ELL), 2),
-        (prism(SLOT), 2),
-        (prism(GROOVE), 2),
-        (pocketed(), 3),
-        (TriMesh(pocketed().vertices, pocketed().faces), 3),
-    ],
+    first_quick(
+        2,
+        [
+            (prism(ELL), 2),
+            (prism(SLOT), 2),
+            (prism(GROOVE), 2),
+            (pocketed(), 3),
+            (TriMesh(pocketed().vertices, pocketed().faces), 3),
+        ],
+    ),
     ids=["ell", "slot", "groove", "pocket", "pocket of triangles"],
 )
 def test_stacks_of_slabs_preserve_volume_corners_edges_and_faces(surface, levels):
@@ -177,6 +183,7 @@ def test_an_oblique_curve_on_a_wall_is_refused():
         stack(TriMesh(box().vertices, triangles, np.arange(len(triangles)) + 1), SIZES)
 
 
+@pytest.mark.slow
 def test_size_and_level_make_hexes_smaller():
     surface = numbered(box())
     number = {
@@ -206,6 +213,7 @@ RECTANGLES = st.lists(
 )
 
 
+@pytest.mark.slow
 def test_each_column_has_one_foot():
     """A pocket of depth 1 in a block of height 2: its columns are lower."""
     mesh = hexes_of(pocketed(), size=0.3)

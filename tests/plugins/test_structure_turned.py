@@ -21,6 +21,7 @@ from polycube.plugins.structure.background.profile import profile
 from polycube.surface import measures
 from polycube.surface.voxels import winding_numbers
 from polycube.types import Candidate, TriMesh
+from tests.conftest import first_quick
 from tests.fixtures import columns
 from tests.fixtures.machined import bored
 from tests.fixtures.surfaces import box
@@ -106,12 +107,15 @@ def test_a_disc_is_filled_with_convex_quads(number):
 
 @pytest.mark.parametrize(
     ("surface", "handles", "least"),
-    [
-        (revolved(*SHAFT), 0, 0.4),
-        (revolved(*SLEEVE), 1, 0.5),
-        (revolved(*BLIND), 0, 0.4),
-        (revolved(*SHELL, half=True), 0, 0.5),
-    ],
+    first_quick(
+        2,
+        [
+            (revolved(*SHAFT), 0, 0.4),
+            (revolved(*SLEEVE), 1, 0.5),
+            (revolved(*BLIND), 0, 0.4),
+            (revolved(*SHELL, half=True), 0, 0.5),
+        ],
+    ),
     ids=["shaft", "sleeve", "blind", "half shell"],
 )
 def test_hexes_fill_the_part(surface, handles, least):
@@ -126,6 +130,7 @@ def test_hexes_fill_the_part(surface, handles, least):
     assert winding_numbers(surface, middles).min() > 0.9
 
 
+@pytest.mark.slow
 def test_a_larger_part_elsewhere_has_the_same_hexes():
     surface = revolved(*SLEEVE)
     moved = replace(surface, vertices=8 * surface.vertices + [3, 4, 5])

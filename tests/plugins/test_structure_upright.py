@@ -21,6 +21,7 @@ from polycube.plugins.structure.background.stack import stack
 from polycube.plugins.structure.background.upright import Upright, upright
 from polycube.surface import measures
 from polycube.types import HexMesh, TriMesh
+from tests.conftest import first_quick
 from tests.fixtures import columns
 from tests.fixtures.cad_parts import write
 from tests.fixtures.lofted import CHAMFERED, DRAFTED, SQUARE, inset, lofted
@@ -116,13 +117,16 @@ def test_faces_that_cannot_be_walls_become_planes(surface, heights):
 
 @pytest.mark.parametrize(
     ("surface", "least", "error"),
-    [
-        (COUNTERSUNK, 0.4, 1e-3),
-        (SCREW_HOLE, 0.3, 1e-3),
-        (SHOULDER, 0.3, 1e-3),
-        (ROOF, 0.5, 1e-3),
-        (FILLETED, 0.5, 5e-3),  # two chords of its four
-    ],
+    first_quick(
+        2,
+        [
+            (COUNTERSUNK, 0.4, 1e-3),
+            (SCREW_HOLE, 0.3, 1e-3),
+            (SHOULDER, 0.3, 1e-3),
+            (ROOF, 0.5, 1e-3),
+            (FILLETED, 0.5, 5e-3),  # two chords of its four
+        ],
+    ),
     ids=["countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
 )
 def test_hexes_fill_the_part_and_have_all_its_curves(surface, least, error):
@@ -157,7 +161,8 @@ def test_a_concave_rounding_is_set_upright_as_a_whole():
     assert not part.is_cap[part.is_changed].any()
 
 
-@pytest.mark.parametrize("name", ["pocket", pytest.param("rounded_box", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pocket", "rounded_box"])
 def test_blocks_with_rounded_corners_are_swept(name, tmp_path):
     """A corner of three roundings has a border, and a tip on the opposite plane."""
     surface, _ = read_surface(write(name, tmp_path))
@@ -176,7 +181,7 @@ def sloping(slope: float, top: float = 2.0) -> TriMesh:
     return replace(surface, vertices=surface.vertices + np.multiply.outer(rise, UP))
 
 
-@pytest.mark.parametrize("slope", [0.1, 0.5])
+@pytest.mark.parametrize("slope", first_quick(1, [0.1, 0.5]))
 def test_a_sloping_plane_is_set_flat_at_its_mean_height(slope):
     part = set_upright(sloping(slope), UP).surface
     assert part.vertices == pytest.approx(bored(48).vertices)
@@ -294,6 +299,7 @@ def test_parts_with_bosses_in_other_directions_are_swept(name, handles, error, m
     assert len(mesh.hexes) < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bracket", "angle"])
 def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
     surface, _ = read_surface(write(name, tmp_path))
@@ -307,13 +313,9 @@ def test_holes_in_both_legs_of_an_angle_are_meshed(name, tmp_path):
     assert len(mesh.hexes) < 3000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "most"),
-    [
-        pytest.param("drilled", 5000, marks=pytest.mark.slow),
-        pytest.param("bored_wide", 6000, marks=pytest.mark.slow),
-        ("tube", 4000),
-    ],
+    ("name", "most"), [("drilled", 5000), ("bored_wide", 6000), ("tube", 4000)]
 )
 def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     """Their rims stay on the wall; the hole of a drilled shaft meets its bore in two windows."""
@@ -329,6 +331,7 @@ def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     assert len(mesh.hexes) < most
 
 
+@pytest.mark.slow
 def test_the_numbers_of_hexes_at_faces_are_reached(tmp_path):
     surface, _ = read_surface(write("angle", tmp_path))
     requests = [{"at": "hole_1", "around": 16}, {"at": "hole_2", "around": 14}]

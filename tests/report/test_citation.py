@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import ClassVar
 
@@ -18,8 +19,13 @@ BIB = (Path(citation.__file__).parent / "references.bib").read_text(encoding="ut
 KEYS = [found[1] for found in citation.ENTRY.finditer(BIB)]
 
 
+@cache
+def composed(*overrides: str) -> dict:
+    return compose("infer", overrides)
+
+
 def keys(report: dict, *overrides: str) -> list[str]:
-    text = citation.bibtex(report, compose("infer", overrides))
+    text = citation.bibtex(report, composed(*overrides))
     return re.findall(r"^@\w+\{(\w+),", text, re.MULTILINE)
 
 

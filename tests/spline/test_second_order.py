@@ -17,6 +17,7 @@ from polycube.spline.second_order import (
 )
 from polycube.spline.spaces.subdivision import CASTELJAU
 from polycube.types import Spline
+from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import barrel, hex_box, hex_cylinder
 from tests.fixtures.splines import meshed_box, spline_of
 
@@ -72,7 +73,7 @@ def halved(spline: Spline) -> Spline:
     )
 
 
-@pytest.mark.parametrize("nodes", NODES)
+@pytest.mark.parametrize("nodes", first_quick(1, NODES))
 def test_a_refined_spline_has_the_same_nodes(nodes) -> None:
     mesh = hex_cylinder()
     spline = spline_of(mesh, "h2s", fit={"rounds": 0})

@@ -7,6 +7,7 @@ from polycube.structure.lattice import _sorted_edges, boundary, genus
 from polycube.structure.neighbourhoods import codes, defect, solid_genus
 from polycube.surface.measures import connected
 from polycube.types import Polycube
+from tests.conftest import first_quick
 
 
 def polycube(occupancy: np.ndarray) -> Polycube:
@@ -68,7 +69,7 @@ def test_defects_are_counted() -> None:
     assert defect(touching, 0) > 0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", first_quick(1, range(4)))
 def test_equal_to_the_boundary_of_random_boxes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     found = 0

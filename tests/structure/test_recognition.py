@@ -7,6 +7,7 @@ from scipy.integrate import dblquad
 from polycube.structure.lattice import collapse, genus, is_manifold, lattice
 from polycube.structure.recognition import NOISE, OUTLIERS, log_likelihood, read_structure
 from polycube.types import Polycube
+from tests.conftest import first_quick
 from tests.fixtures.polycubes import ONE, PRIMITIVES, TWO, on_boundary
 
 FILLINGS = (*PRIMITIVES, None)
@@ -24,8 +25,7 @@ def equal(a: Polycube, b: Polycube) -> bool:
 
 
 @pytest.mark.parametrize(
-    ("sigma", "every"),
-    [(0.0, 6), (0.05, 4), (0.1, 3), pytest.param(0.1, 1, marks=pytest.mark.slow)],
+    ("sigma", "every"), first_quick(1, [(0.05, 4), (0.0, 6), (0.1, 3), (0.1, 1)])
 )
 def test_structure_is_recognised_from_any_expected_structure(sigma: float, every: int) -> None:
     """Contexts of 2x1, each expected correctly and as another context of the same genus."""

@@ -116,6 +116,7 @@ def test_a_folded_face_looks_where_its_neighbours_do():
     assert np.array_equal(few, wrong)
 
 
+@pytest.mark.slow
 def test_normals_of_a_rough_cube_are_steadier():
     smooth = fine_box(32)
     noise = np.random.default_rng(0).normal(0, 0.01, smooth.vertices.shape)

@@ -163,6 +163,7 @@ def test_optimize_must_not_spoil_a_good_mesh() -> None:
     check("meshing/optimize", broken(lambda surface, hexes: hexes))
 
 
+@pytest.mark.slow
 def test_spline() -> None:
     own = build("spline", {"plugin": "h2s"})
 
@@ -184,6 +185,7 @@ def test_spline() -> None:
     assert_refused("spline", changed(nodes=lambda s: s.nodes[:, ::-1]), "right-handed")
 
 
+@pytest.mark.slow
 def test_analysis() -> None:
     own = build("analysis", {"plugin": "modal", "modes": 8})
 

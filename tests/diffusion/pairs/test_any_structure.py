@@ -35,6 +35,7 @@ def test_a_pair_depends_on_seed_and_number_only() -> None:
     assert not np.array_equal(first.geometry, other.geometry)
 
 
+@pytest.mark.slow
 def test_another_process_makes_the_same_pairs() -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         there = list(pool.map(LatticePairs(3, 64), range(6)))

@@ -136,6 +136,7 @@ def test_untouched_is_the_distance_of_the_geometry(measured: Callable, right: Te
     assert summary(columns)["error_untouched"] == pytest.approx(np.mean(apart), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_one_step_and_the_sampler_are_measured_apart(measured: Callable, right: Tensor) -> None:
     """DDPM draws x_0; the first prediction of the network is still perfect."""
     found = summary(measured(right, sampler="ddpm")[1])
@@ -161,6 +162,7 @@ def test_labels_alone_change_the_closest_face(pairs: Pairs, primitives: dict) ->
         assert labelled[f"labelled_{kind}"].all(), kind
 
 
+@pytest.mark.slow
 def test_the_same_points_are_counted_whatever_the_batches(
     measured: Callable, right: Tensor, pairs: Pairs
 ) -> None:
@@ -176,6 +178,7 @@ def test_the_same_points_are_counted_whatever_the_batches(
     assert np.mean([group["error"] for group in tilts.values()]) == pytest.approx(total, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_classifier_with_constant_output(pairs: Pairs, primitives: dict, images: Batch) -> None:
     """Counted by hand: box, or of genus 1 a cube and hole_z, or of genus 2 hole_z twice."""
     constant = Constant([[9.0, 1, 0.5, 0.2, 0.1], [9.0, 1.3, 0.5, 0.2, 0.1]])
@@ -186,6 +189,7 @@ def test_a_classifier_with_constant_output(pairs: Pairs, primitives: dict, image
     assert found["context_top3"] == (5 + 9 + 3) / 24
 
 
+@pytest.mark.slow
 def test_a_perfect_classifier_is_correct_in_all_orientations(
     pairs: Pairs, primitives: dict, images: Batch
 ) -> None:

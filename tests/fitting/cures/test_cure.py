@@ -59,6 +59,7 @@ def test_a_good_mesh_is_returned_unchanged(cured):
     assert cure(cured, target(surface), 0.3, 0.0015) is cured
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.0, 0.0015])
 def test_without_sheets_the_boundary_stays_in_the_envelope(width):
     surface, mesh = lattice_on_rod()
@@ -74,12 +75,14 @@ def test_without_sheets_the_boundary_stays_in_the_envelope(width):
     assert not any(each.is_lost for each in inspect(found, surface).features)
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_mesh(cured):
     surface, mesh = lattice_on_rod()
     again = cure(mesh, target(surface), 0.4, 0.0)
     assert np.array_equal(again.vertices, cured.vertices)
 
 
+@pytest.mark.slow
 def test_the_stage_cures_exact_features_only():
     surface, mesh = lattice_on_rod()
     assert least(build("meshing/cure", {"plugin": "sheets"})(surface, mesh)) > 0.35

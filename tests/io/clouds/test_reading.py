@@ -102,6 +102,7 @@ def test_a_damaged_pcd_is_refused(tmp_path, text, sentence):
         read_surface(path)
 
 
+@pytest.mark.slow
 def test_a_scan_is_read_as_a_surface_and_reported(tmp_path):
     pytest.importorskip("open3d", exc_type=ImportError)
     path = write_ply(tmp_path / "scan.ply", ball_points(2000, outliers=20))

@@ -42,6 +42,7 @@ def test_look_alikes(tmp_path):
     assert [solid.same_as for solid in solids] == [1, 1, 3, 4, 3, 6, 6, 8, 8, 10, 11]
 
 
+@pytest.mark.slow
 def test_motions_are_in_the_unit_of_the_file(tmp_path):
     path = assemblies.write("cubes", tmp_path)
     path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))

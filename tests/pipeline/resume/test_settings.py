@@ -9,6 +9,7 @@ from polycube.config import compose
 from polycube.errors import InputError
 from polycube.pipeline.resume.settings import changed_settings, with_earlier_settings
 from polycube.pipeline.settings import Settings
+from tests.conftest import first_quick
 
 EARLIER = ("mesh=parts/a.stl", "meshing.size=3%", "grid=2x1", "spline=optimal")
 
@@ -32,6 +33,7 @@ def test_settings_of_loaded_stages_are_those_of_the_earlier_run(tmp_path):
     assert settings.composed["meshing"]["size"] == "3%"  # as written to config.json
 
 
+@pytest.mark.slow
 def test_settings_of_the_stages_that_run_are_those_of_the_command_line(tmp_path):
     assert resumed(tmp_path, "from=spline").spline["plugin"] == "auto"
     settings = resumed(tmp_path, "from=structure", "meshing.size=2%", "grid=3x1")
@@ -43,18 +45,21 @@ def test_settings_of_the_stages_that_run_are_those_of_the_command_line(tmp_path)
 
 @pytest.mark.parametrize(
     ("start", "override", "name"),
-    [
-        ("structure", "mesh=parts/b.stl", "mesh"),
-        ("structure", "repair=safe", "repair"),
-        ("meshing/subdivide", "grid=3x1", "grid.shape"),
-        ("meshing/subdivide", "ckpt=last.ckpt", "ckpt"),
-        ("meshing/optimize", "meshing.size=2%", "meshing.size"),
-        ("meshing/optimize", "meshing.pillow.patches=all", "meshing.pillow.patches"),
-        ("spline", "meshing.size=2%", "meshing.size"),
-        ("spline", "meshing.features=soft", "meshing.features"),
-        ("spline", "seed=1", "seed"),
-        ("analysis", "spline=c0", "spline.plugin"),
-    ],
+    first_quick(
+        3,
+        [
+            ("structure", "mesh=parts/b.stl", "mesh"),
+            ("structure", "repair=safe", "repair"),
+            ("meshing/subdivide", "grid=3x1", "grid.shape"),
+            ("meshing/subdivide", "ckpt=last.ckpt", "ckpt"),
+            ("meshing/optimize", "meshing.size=2%", "meshing.size"),
+            ("meshing/optimize", "meshing.pillow.patches=all", "meshing.pillow.patches"),
+            ("spline", "meshing.size=2%", "meshing.size"),
+            ("spline", "meshing.features=soft", "meshing.features"),
+            ("spline", "seed=1", "seed"),
+            ("analysis", "spline=c0", "spline.plugin"),
+        ],
+    ),
 )
 def test_a_setting_without_effect_is_refused(tmp_path, start, override, name):
     with pytest.raises(InputError, match="has no effect, because the result of the resumed") as e:
@@ -64,14 +69,17 @@ def test_a_setting_without_effect_is_refused(tmp_path, start, override, name):
 
 @pytest.mark.parametrize(
     ("start", "override"),
-    [
-        ("structure", "mesh=parts/../parts/a.stl"),  # the same file
-        ("meshing/optimize", "meshing.features=soft"),  # used by a later stage too
-        ("meshing/subdivide", "seed=1"),
-        ("spline", "meshing.size=3%"),  # as in the earlier run
-        ("analysis", "acceptance.certify=everywhere"),
-        ("analysis", "analysis.fixed=[x_min]"),  # also an option of the spline
-    ],
+    first_quick(
+        2,
+        [
+            ("structure", "mesh=parts/../parts/a.stl"),  # the same file
+            ("meshing/optimize", "meshing.features=soft"),  # used by a later stage too
+            ("meshing/subdivide", "seed=1"),
+            ("spline", "meshing.size=3%"),  # as in the earlier run
+            ("analysis", "acceptance.certify=everywhere"),
+            ("analysis", "analysis.fixed=[x_min]"),  # also an option of the spline
+        ],
+    ),
 )
 def test_a_setting_with_effect_is_accepted(tmp_path, start, override):
     resumed(tmp_path, f"from={start}", override)
@@ -82,7 +90,7 @@ def test_without_a_stored_configuration_nothing_is_taken_over(tmp_path):
     assert with_earlier_settings(settings) is settings
 
 
-@pytest.mark.parametrize("text", ["{", "[]", "\udcff"])
+@pytest.mark.parametrize("text", first_quick(1, ["{", "[]", "\udcff"]))
 def test_a_damaged_configuration_is_refused(tmp_path, text):
     (tmp_path / "config.json").write_bytes(text.encode(errors="surrogateescape"))
     settings = Settings.of(compose("infer", [f"resume={tmp_path}", "from=spline"]))

@@ -165,6 +165,7 @@ def test_curvature_adds_parts_around_a_cylinder_but_not_along_it(cylinder, templ
     assert len(level[0].hexes) == len(level[1].hexes)
 
 
+@pytest.mark.slow
 def test_chords_are_shorter_on_cad_faces_and_for_smaller_sizes(cylinder):
     cad = replace(cylinder, region=np.ones(len(cylinder.faces), int))
 

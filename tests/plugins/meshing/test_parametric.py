@@ -62,6 +62,7 @@ def test_map_conforms_to_its_kind():
     check_plugin("meshing/map", {"plugin": "harmonic", "level": 2, "longest": 0.05})
 
 
+@pytest.mark.slow
 def test_equal_input_gives_an_equal_map(torus):
     surface, polycube, places, rough_map = torus
     labels = stage("segment")(surface, polycube, places)

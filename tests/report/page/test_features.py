@@ -125,6 +125,7 @@ def test_the_header_counts_preserved_features(found):
     assert "CAD features" not in header({"hex": {"features": None}})
 
 
+@pytest.mark.slow
 def test_the_picture_is_drawn(cut):
     pytest.importorskip("pyvista")
     assert draw({"features": lost_features(cut.hexes, cut.surface)})["features"][:4] == b"\x89PNG"

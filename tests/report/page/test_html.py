@@ -11,6 +11,7 @@ from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.page import html
 from polycube.report.page.html import header, write_report
 from polycube.report.page.templates import element, show
+from polycube.report.pictures.pictures import makers
 from polycube.state import RunState
 from tests.fixtures.html import Outline
 from tests.fixtures.stages import TETRAHEDRON
@@ -69,10 +70,19 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(run, report, drawn, folder: Path) -> str:
+def images(run) -> dict[str, bytes]:
+    """The first bytes of each picture, as if it were drawn; test_browser.py has real ones."""
+    films = ("mode", "denoising")
+    names = makers(run)
+    made = {name: b"GIF89a" if name.startswith(films) else b"\x89PNG" for name in names}
+    return {**made, "denoising_strip": b"\x89PNG"}
+
+
+@pytest.fixture(scope="module")
+def page(run, report, images, folder: Path) -> str:
     (folder / "hex.vtu").write_text("")
-    with pytest.MonkeyPatch.context() as patch:  # the pictures of this run, already drawn
-        patch.setattr(html, "pictures", lambda *state: drawn)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(html, "pictures", lambda *state: images)
         return write_report(folder, run, report).read_text(encoding="utf-8")
 
 
@@ -103,7 +113,7 @@ def test_text_from_outside_is_escaped(page: str) -> None:
     assert "<b>bent" not in page and "<welded>" not in page
 
 
-def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path) -> None:
+def test_a_run_that_failed_half_way_says_where(run, images, monkeypatch, tmp_path) -> None:
     report = {
         "valid": False,
         "failure": "stage meshing/smooth failed: no descent",
@@ -112,7 +122,7 @@ def test_a_run_that_failed_half_way_says_where(run, drawn, monkeypatch, tmp_path
     }
     state = RunState(run.surface, polycube=run.polycube)
     monkeypatch.setattr(
-        html, "pictures", lambda *state: {name: drawn[name] for name in ("input", "polycube")}
+        html, "pictures", lambda *state: {name: images[name] for name in ("input", "polycube")}
     )
     page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
     outline = Outline(page)

@@ -20,11 +20,13 @@ def pixels(png: bytes) -> np.ndarray:
     return imread(BytesIO(png), format="png")
 
 
+@pytest.mark.slow
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
     names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "sets"}
     assert set(drawn) == names | {"spline", "mode_6", "mode_7", "denoising", "denoising_strip"}
 
 
+@pytest.mark.slow
 def test_pictures_are_cropped_and_transparent_around(drawn) -> None:
     for name, png in drawn.items():
         if name.startswith(("mode", "denoising")):
@@ -34,6 +36,7 @@ def test_pictures_are_cropped_and_transparent_around(drawn) -> None:
         assert all(side.any() for side in (alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1])), name
 
 
+@pytest.mark.slow
 def test_modes_swing_about_the_body_at_rest(drawn) -> None:
     from PIL import Image
 
@@ -48,9 +51,10 @@ def test_modes_swing_about_the_body_at_rest(drawn) -> None:
     assert np.array_equal(frames[3], frames[5])
 
 
-def test_hues_of_the_axes_are_seen(drawn) -> None:
+def test_hues_of_the_axes_are_seen(run) -> None:
     """From the eye +x, -y and +z faces are seen: red, pale green and blue."""
-    image = pixels(drawn["polycube"])
+    pytest.importorskip("pyvista")
+    image = pixels(draw({"polycube": scenes.polycube_faces(run.polycube)})["polycube"])
     hue = image[..., :3][image[..., 3] == 1].argmax(1)
     assert set(np.unique(hue)) == {0, 1, 2}
 

@@ -33,6 +33,7 @@ def test_states_of_unknown_steps_are_numbered(run) -> None:
     assert unknown.names[0] == "x_T" and unknown.names[4:] == ["x_0", "regular"]
 
 
+@pytest.mark.slow
 def test_strip_has_a_panel_per_state_and_one_for_the_regular_points(moving) -> None:
     strip = Image.open(io.BytesIO(moving["trajectory.png"]))
     image = np.asarray(strip.convert("L")).astype(int)
@@ -72,6 +73,7 @@ def test_a_point_keeps_its_colour_and_points_at_both_ends_differ(camera, traject
     assert red.argmax() == 0 and violet.argmax() == 2
 
 
+@pytest.mark.slow
 def test_animation_goes_through_all_states_without_end(moving) -> None:
     gif = moving["trajectory.gif"]
     assert len(gif) < 1_000_000

@@ -16,6 +16,7 @@ from polycube.spline.spaces.cuts import SIDES, children, cut_faces
 from polycube.spline.spaces.extraction import TENSOR, volumetric_spline
 from polycube.spline.spaces.optimal import OptimalSpace
 from polycube.spline.spaces.sharp_features import single_hex_edges, union
+from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import CORNERS, hex_ball, hex_box, hex_cylinder, pillowed_cube
 from tests.fixtures.hierarchies import sharpened
 
@@ -136,7 +137,7 @@ def extraordinary_vertices(mesh):
     return np.flatnonzero((at[:, None] == ground).all(axis=-1).any(axis=1))
 
 
-@pytest.mark.parametrize("name", ["cylinder", "ball", "points"])
+@pytest.mark.parametrize("name", first_quick(1, ["cylinder", "ball", "points"]))
 def test_halved_space_contains_the_space(name):
     coarse = SPACES[name]
     rng = np.random.default_rng(0)

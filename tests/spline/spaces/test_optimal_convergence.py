@@ -48,6 +48,7 @@ def lowest(stiffness, mass, count):
 NEUMANN = np.pi**2 * np.array([1, 1, 1, 2, 2, 2])
 
 
+@pytest.mark.slow
 def test_eigenvalues_of_a_box_converge_with_the_sixth_power():
     rates = {}
     for kind, n in (("h2s", 4), ("optimal", 4), ("c0", 2)):

@@ -51,6 +51,7 @@ def test_noise_and_outliers_of_a_sphere():
     assert made.deviation_mean == pytest.approx(noise * np.sqrt(2 / np.pi), rel=0.2)
 
 
+@pytest.mark.slow
 def test_noise_and_outliers_of_a_box():
     """Its edges are rounded: by no more than the width of a cell."""
     surface, made = reconstruct(cloud(box_points(8000, 0.003, outliers=60)), Points())
@@ -95,6 +96,7 @@ def test_a_side_that_was_not_scanned_is_closed():
         reconstruct(given, Points(trim=None))
 
 
+@pytest.mark.slow
 def test_the_same_points_give_the_same_bits():
     given = cloud(ball_points(1000, 0.005))
     first, second = (reconstruct(given, Points())[0] for _ in range(2))
