@@ -105,16 +105,10 @@ class Acceptance(Protocol):
 
 
 class Expected(NamedTuple):
-    """What is expected of a move of the search.
+    """What is expected of a move of the search."""
 
-    Parameters
-    ----------
-    gain : expected reduction of the shortfall of the best mesh (`polycube.types.Verdict`)
-    work : expected effort, about the seconds that it takes on one core
-    """
-
-    gain: float
-    work: float
+    gain: float  # expected reduction of the shortfall of the best mesh (`polycube.types.Verdict`)
+    work: float  # expected effort, about the seconds that it takes on one core
 
 
 class Estimate(Protocol):
@@ -247,23 +241,15 @@ class Export(Protocol):
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of plugin; for a stage also its inputs and its output.
+    """A kind of plugin; for a stage also its inputs and its output."""
 
-    Parameters
-    ----------
-    protocol : interface of the plugins
-    takes, gives : inputs and output, fields of `polycube.state.RunState`
-    cures : whether the stage, and those after it, run only on meshes that are expected to lead then
-    once : whether the stage runs only once, on the best mesh of the search
-    fits : whether the boundary of the resulting hexes is on the surface
-    """
-
-    protocol: type
-    takes: tuple[str, ...] = ()
-    gives: str = ""
+    protocol: type  # interface of the plugins
+    takes: tuple[str, ...] = ()  # inputs, fields of `polycube.state.RunState`
+    gives: str = ""  # output, a field of it
+    # whether the stage, and those after it, run only on meshes that are expected to lead then
     cures: bool = False
-    once: bool = False
-    fits: bool = True
+    once: bool = False  # whether the stage runs only once, on the best mesh of the search
+    fits: bool = True  # whether the boundary of the resulting hexes is on the surface
 
 
 _MESH = ("surface", "hexes")

@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 GOOD = 0.5  # smallest scaled Jacobian of exact hexes with which no others are proposed
-# of the diagonal: sizes of details that are merged if there are no quads with them
+# of the diagonal: sizes of details that are merged if quads with them are poor, or there are none
 DETAILS = 5e-4, 1e-3
+SUFFICIENT = 0.1  # smallest sine of an angle of the quads above which no more details are merged
+BETTER = 0.08  # by how much it must be larger for each of these sizes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,7 +126,8 @@ class ColumnStructure(Structure):
     ) -> tuple[Section, Background, np.ndarray]:
         """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
 
-        If details such as the run-out of a fillet at a tangent leave no quads, they are merged.
+        If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
+        none, the details are merged.
 
         Raises
         ------
@@ -132,17 +135,26 @@ class ColumnStructure(Structure):
             If there are none.
         """
         from polycube.hexmesh.background.background import NoBackgroundError
+        from polycube.hexmesh.background.smoothing import sines
         from polycube.hexmesh.generation.quads import NoQuadsError
 
         from .stack import NEAR
 
+        found: list[tuple[float, Section, Background, np.ndarray]] = []
         reasons: list[Exception] = []
         for share in (NEAR, *DETAILS):
             try:
-                return _section(surface, part, sizes, share)
+                flat, cut, full = _section(surface, part, sizes, share)
             except (NoBackgroundError, NoQuadsError) as reason:
                 reasons.append(reason)
-        raise reasons[0]
+                continue
+            least = float(sines(flat.vertices, flat.quads).min())
+            found.append((least - BETTER * len(found), flat, cut, full))
+            if least > SUFFICIENT:
+                break
+        if not found:
+            raise reasons[0]
+        return max(found, key=lambda each: each[0])[1:]
 
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
