@@ -169,30 +169,31 @@ def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -
     """
     low, high = (border.vertices for border in face.borders)
     used, faces = np.unique(face.faces, return_inverse=True)
+    faces = faces.reshape(-1, 3)
     vectors = triangle_vectors(before[face.faces])
     out = vectors[:, :2].sum(axis=0)
     out /= max(np.linalg.norm(out), 1e-300)
     along = vectors @ np.array([-out[1], out[0], 0])
-    depth = before[:, :2] @ out
-    size, foot = np.ptp(before[used, 2]), depth[np.concatenate([low, high])]
-    if np.ptp(foot) > STRAIGHT * size or abs(along).sum() > STRAIGHT * abs(vectors).sum():
-        return None
-    middle, radius = before[used, 2].mean(), (depth[used] - foot.mean()).max()
     bottom, top = before[low, 2].mean(), before[high, 2].mean()
-    middle = (bottom + top) / 2
-    turn = np.arctan2((depth[used] - foot.mean()) / radius, (middle - before[used, 2]) * 2 / size)
-    if radius < STRAIGHT * size or turn.min() < -STRAIGHT:
+    foot = before[np.concatenate([low, high]), :2] @ out
+    depth, size = before[used, :2] @ out - foot.mean(), top - bottom
+    radius = depth.max()
+    is_straight = np.ptp(foot) < STRAIGHT * size
+    is_straight &= abs(along).sum() < STRAIGHT * abs(vectors).sum()
+    if not is_straight or radius < STRAIGHT * size:
+        return None
+    turn = np.arctan2(depth / radius, (bottom + top - 2 * before[used, 2]) / size)
+    if turn.min() < -STRAIGHT:
         return None
     share = np.clip(turn / (np.pi / 2) + 0.5, 0.5, 2.5)
-    triangles = share[faces.reshape(-1, 3)]
-    part = np.clip(np.floor(triangles.mean(axis=1)), 0, 2).astype(np.int64)
+    part = np.clip(np.floor(share[faces].mean(axis=1)), 0, 2).astype(np.int64)
     for one in (1, 2):  # vertices between two parts are at the edge between them
-        ends = [np.unique(faces.reshape(-1, 3)[own]) for own in (part < one, part >= one)]
+        ends = [np.unique(faces[own]) for own in (part < one, part >= one)]
         share[ends[0]] = np.minimum(share[ends[0]], one)
         share[ends[1]] = np.maximum(share[ends[1]], one)
     run = BLUNT * radius * np.interp(share, [0.5, 1, 2, 2.5], [0, 1, 1, 0])
     bottom, top = at[low, 2].mean(), at[high, 2].mean()
-    at[used, :2] += np.multiply.outer(run - (depth[used] - foot.mean()), out)
+    at[used, :2] += np.multiply.outer(run - depth, out)
     at[used, 2] = np.interp(share, [1, 2], [bottom, top])
     number = int(np.ceil(sizes.around(radius) / 4 - 0.05))
     inner = (share < 1) & (share > 0.5)
