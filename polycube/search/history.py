@@ -47,30 +47,19 @@ class Move(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a search works on; it does not change.
+    """What a search works on; it does not change."""
 
-    Parameters
-    ----------
-    start : state with the surface; with hexes if there are no structures or a run is resumed
-    fit : stages that make and fit a mesh
-    cure : stages that are run only on meshes that are expected to lead then
-    bundle : meshing bundle with the variants
-    acceptance : judges meshes
-    chain : runs stages
-    propose : ranked structures of a tier
-    tiers : tiers of structures that can be proposed
-    primitives : (3, 3, 3) voxels by name
-    """
-
+    # state with the surface; with hexes if there are no structures or a run is resumed
     start: RunState
-    fit: Sequence[Stage]
-    cure: Sequence[Stage]
-    bundle: Mapping[str, Any]
-    acceptance: Acceptance
-    chain: Chain = field(default_factory=Chain)
+    fit: Sequence[Stage]  # stages that make and fit a mesh
+    cure: Sequence[Stage]  # stages that are run only on meshes that are expected to lead then
+    bundle: Mapping[str, Any]  # meshing bundle with the variants
+    acceptance: Acceptance  # judges meshes
+    chain: Chain = field(default_factory=Chain)  # runs stages
+    # ranked structures of a tier
     propose: Callable[[TriMesh, Tier], list[Ranked]] = lambda surface, tier: []
-    tiers: Sequence[Tier] = ()
-    primitives: Primitives = field(default_factory=dict)
+    tiers: Sequence[Tier] = ()  # tiers of structures that can be proposed
+    primitives: Primitives = field(default_factory=dict)  # (3, 3, 3) voxels by name
 
     def variants(self, entry: Ranked | None) -> Sequence[Options]:
         """Sets of options with which a structure is meshed, the first one first."""
@@ -80,29 +69,18 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """The mesh of a move.
+    """The mesh of a move."""
 
-    Parameters
-    ----------
-    number : number of the outcome in the history
-    move : the move
-    state : state with the hexes
-    results : results of the stages, by kind
-    options : options of the stages
-    verdict : verdict of the acceptance
-    key : the outcome with the larger key is better: sound meshes first, then by the verdict,
-        then by the mean scaled Jacobian
-    jacobian : smallest scaled Jacobian
-    """
-
-    number: int
+    number: int  # number of the outcome in the history
     move: Move
-    state: RunState
-    results: Results
-    options: Options
-    verdict: Verdict
+    state: RunState  # with the hexes
+    results: Results  # of the stages, by kind
+    options: Options  # of the stages
+    verdict: Verdict  # of the acceptance
+    # the outcome with the larger key is better: sound meshes first, then by the verdict, then by
+    # the mean scaled Jacobian
     key: tuple[float, ...]
-    jacobian: float
+    jacobian: float  # smallest scaled Jacobian
 
     @property
     def shortfall(self) -> float:
@@ -112,52 +90,30 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tried:
-    """A row of the table of moves.
+    """A row of the table of moves."""
 
-    Parameters
-    ----------
-    name : the move in words
-    expected : what was expected of it
-    gain : by how much it reduced the shortfall of the best mesh
-    work : evaluated coordinates, in units of about a second on one core
-    seconds : time
-    result : the verdict on its mesh, or why there is none
-    hexes : number of hexes, 0 if there is no mesh
-    """
-
-    name: str
-    expected: Expected
-    gain: float
-    work: float
+    name: str  # the move in words
+    expected: Expected  # what was expected of it
+    gain: float  # by how much it reduced the shortfall of the best mesh
+    work: float  # evaluated coordinates, in units of about a second on one core
     seconds: float
-    result: str
-    hexes: int
+    result: str  # the verdict on its mesh, or why there is none
+    hexes: int  # number of hexes, 0 if there is no mesh
 
 
 @dataclass
 class History:
-    """Structures, meshes and moves of a search until now.
+    """Structures, meshes and moves of a search until now."""
 
-    Parameters
-    ----------
-    task : what the search works on
-    ranked : the structures so far
-    proposed : the tiers that were proposed
-    outcomes : the meshes
-    moves, table : the moves, and what became of them
-    errors : errors of the moves without a mesh
-    leader : the best mesh
-    only : the only structure that is meshed, from the start of the task; None: any structure
-    """
-
-    task: Task
-    ranked: list[Ranked] = field(default_factory=list)
-    proposed: list[Tier] = field(default_factory=list)
-    outcomes: list[Outcome] = field(default_factory=list)
-    moves: list[Move] = field(default_factory=list)
-    table: list[Tried] = field(default_factory=list)
-    errors: list[MeshingError] = field(default_factory=list)
-    leader: Outcome | None = None
+    task: Task  # what the search works on
+    ranked: list[Ranked] = field(default_factory=list)  # the structures so far
+    proposed: list[Tier] = field(default_factory=list)  # the tiers that were proposed
+    outcomes: list[Outcome] = field(default_factory=list)  # the meshes so far
+    moves: list[Move] = field(default_factory=list)  # the moves so far
+    table: list[Tried] = field(default_factory=list)  # what became of them
+    errors: list[MeshingError] = field(default_factory=list)  # errors of the moves without a mesh
+    leader: Outcome | None = None  # the best mesh
+    # the only structure that is meshed, from the start of the task; None: any structure
     only: int | None = None
     _starts: dict[int, RunState] = field(default_factory=dict)
 

@@ -19,6 +19,7 @@ from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import feet, layers
 from polycube.hexmesh.background.curves import Curve, Sizes, divided
+from polycube.hexmesh.background.details import section_of
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect
@@ -29,7 +30,6 @@ from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.settings import Settings
 from polycube.plugins.ranking.registration import Registration
 from polycube.plugins.structure.background.stack import _with_further, stack
-from polycube.plugins.structure.background.sweep import Sweep
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface import measures
@@ -315,7 +315,7 @@ def test_details_are_merged_if_there_are_no_quads_with_them():
     lines = np.array([*ring, (5, 6), (6, 7), (7, 2), (6, 8), (8, 7)])
     levels = np.array([0, 1, 1 + rise, 2])
     part = Background(np.array(at), lines, np.zeros((0, 2)), levels, lambda places: places)
-    flat, merged, full = Sweep.section(box((0, 0, 0), (4, 3, 2)), part, SIZES)
+    flat, merged, full = section_of(box((0, 0, 0), (4, 3, 2)), part, SIZES)
     assert merged.levels == pytest.approx([0, 1 + rise / 2, 2])
     assert full.tolist() == [[True, True], [True, True]]
     sine = sines(flat.vertices, flat.quads)

@@ -256,6 +256,16 @@ def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
     assert part.is_cap[part.is_changed].sum() == pytest.approx(part.is_changed.sum() / 2, abs=8)
 
 
+def test_a_countersink_across_the_axis_is_set_into_the_plane_of_its_border():
+    part = set_upright(COUNTERSUNK, np.array([1.0, 0, 0]))
+    radius = np.linalg.norm(COUNTERSUNK.vertices[:, :2], axis=1)
+    half = np.sqrt(np.pi) / 2 * radius
+    for own in (radius < 2.1, abs(radius - 2.5) < 0.1):  # both borders of the cone
+        places = part.surface.vertices[own]
+        assert abs(places[:, :2]).max(axis=1) == pytest.approx(half[own], rel=1e-6)
+        assert places[:, 2] == pytest.approx(np.where(COUNTERSUNK.vertices[own, 2] > 0, 3, 0))
+
+
 def test_a_boss_across_the_axis_becomes_a_smaller_square():
     part = set_upright(rod(48), np.array([1.0, 0, 0]))
     half = np.pi / 4 * np.array([1, 1])
@@ -286,7 +296,11 @@ def test_a_round_end_between_two_caps_becomes_a_wall(turn):
 
 @pytest.mark.parametrize(
     ("name", "handles", "error", "most"),
-    [("lug", 3, 0.02, 2200), pytest.param("tee", 2, 0.09, 4500, marks=pytest.mark.slow)],
+    [
+        ("lug", 3, 0.02, 2200),
+        ("countersunk", 4, 0.01, 4000),
+        pytest.param("tee", 2, 0.09, 4500, marks=pytest.mark.slow),
+    ],
 )
 def test_parts_with_bosses_in_other_directions_are_swept(name, handles, error, most, tmp_path):
     """Before the fit, the walls of two equal pipes are too thick where these meet."""

@@ -32,12 +32,13 @@ class Bent(ColumnStructure):
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a section along its path."""
         from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.details import section_of
 
         from .path import path
 
         found = path(surface)
         part = found.background
-        flat, part, full = self.section(surface, part, sizes)
+        flat, part, full = section_of(surface, part, sizes)
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         for k, (motion, radius) in enumerate(zip(found.motions, found.radius, strict=True)):
             if motion.angle:

@@ -22,9 +22,17 @@ CIRCLE = 0.05  # of its radius: largest distance of the vertices of a boss from 
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
 BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
 ALIGNED = 0.15  # of half the extent of a hole: difference between places that become equal
+LEVEL = 1e-2  # of half the extent of a hole: tolerance for the plane of a border across it
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
 Pairs = tuple[np.ndarray, np.ndarray]
+
+
+class Collar(NamedTuple):
+    """The chamfer, countersink or fillet round an end of a hole or boss."""
+
+    faces: np.ndarray  # (N,) its triangles
+    border: np.ndarray  # (M,) vertices of its other border, in a plane across the hole
 
 
 class Hole(NamedTuple):
@@ -39,6 +47,7 @@ class Hole(NamedTuple):
     rims: list[np.ndarray]  # vertices of the loops around it
     # vertices of the other loops at its border, where other holes meet it
     windows: list[np.ndarray]
+    collars: tuple[Collar, ...] = ()
 
     def parts(self, sizes: Sizes) -> int:
         """Number of edges along each side of the square that its roundness requires."""
@@ -117,7 +126,27 @@ def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -
         seen[ring] = True
         hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
         if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
-            yield hole
+            yield hole._replace(collars=tuple(_collars(surface, at, pairs, hole)))
+
+
+def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iterator[Collar]:
+    along = at @ np.cross(hole.across, [0, 0, 1])
+    flat = np.stack([at @ hole.across, at[:, 2]], axis=1)
+    near = LEVEL * hole.extent.mean()
+    beside, ends = np.concatenate(pairs[::-1]) // 3, half_edges(surface.faces)
+    own = np.isin(np.arange(len(surface.faces)), hole.faces)
+    outside = own[np.concatenate(pairs) // 3] & ~own[beside]
+    for rim in hole.rims:
+        at_rim = outside & np.isin(ends[np.concatenate(pairs)], rim).all(axis=1)
+        faces = np.isin(surface.region, surface.region[beside[at_rim]]) & ~own
+        borders = [loop for loop in _loops(surface.faces[faces]) if not np.isin(loop, rim).any()]
+        if len(borders) != 1 or euler(surface.faces[faces]) != 0:
+            continue
+        off = abs(flat[borders[0]].mean(axis=0) - hole.middle)
+        is_level = max(np.ptp(along[rim]), np.ptp(along[borders[0]])) < near
+        is_flat = abs(along[borders[0]].mean() - along[rim].mean()) < near
+        if is_level and not is_flat and (off < CIRCLE * hole.extent).all():
+            yield Collar(np.flatnonzero(faces), borders[0])
 
 
 def _direction(vectors: np.ndarray) -> np.ndarray | None:

@@ -18,17 +18,11 @@ from polycube.structure.primitives import full_cell
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
 
 if TYPE_CHECKING:
-    from polycube.hexmesh.background.background import Background
     from polycube.hexmesh.background.curves import Sizes
-    from polycube.hexmesh.background.section import Section
 
 logger = logging.getLogger(__name__)
 
 GOOD = 0.5  # smallest scaled Jacobian of exact hexes with which no others are proposed
-# of the diagonal: sizes of details that are merged if quads with them are poor, or there are none
-DETAILS = 5e-4, 1e-3
-SUFFICIENT = 0.1  # smallest sine of an angle of the quads above which no more details are merged
-BETTER = 0.08  # by how much it must be larger for each of these sizes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,42 +114,6 @@ class ColumnStructure(Structure):
             around = max(*rims, least_around(self.around_hole))
         return Sizes(size, chord, max([self.across_wall, *through]), around)
 
-    @staticmethod
-    def section(
-        surface: TriMesh, part: Background, sizes: Sizes
-    ) -> tuple[Section, Background, np.ndarray]:
-        """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
-
-        If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
-        none, the details are merged.
-
-        Raises
-        ------
-        NoBackgroundError, NoQuadsError
-            If there are none.
-        """
-        from polycube.hexmesh.background.background import NoBackgroundError
-        from polycube.hexmesh.background.smoothing import sines
-        from polycube.hexmesh.generation.quads import NoQuadsError
-
-        from .stack import NEAR
-
-        found: list[tuple[float, Section, Background, np.ndarray]] = []
-        reasons: list[Exception] = []
-        for share in (NEAR, *DETAILS):
-            try:
-                flat, cut, full = _section(surface, part, sizes, share)
-            except (NoBackgroundError, NoQuadsError) as reason:
-                reasons.append(reason)
-                continue
-            least = float(sines(flat.vertices, flat.quads).min())
-            found.append((least - BETTER * len(found), flat, cut, full))
-            if least > SUFFICIENT:
-                break
-        if not found:
-            raise reasons[0]
-        return max(found, key=lambda each: each[0])[1:]
-
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a part.
@@ -165,26 +123,6 @@ class ColumnStructure(Structure):
         NoBackgroundError, NoQuadsError
             If it has no such section.
         """
-
-
-def _section(
-    surface: TriMesh, part: Background, sizes: Sizes, share: float
-) -> tuple[Section, Background, np.ndarray]:
-    """The section whose points and levels are merged below a share of the diagonal."""
-    from polycube.hexmesh.background.arrangement import arrangement
-    from polycube.hexmesh.background.cells import cells
-    from polycube.hexmesh.background.curves import curves, curves_round
-    from polycube.hexmesh.background.section import section
-    from polycube.surface.measures import diagonal
-
-    from .stack import NEAR
-
-    unit = diagonal(surface)
-    part = part.with_distinct_levels(share * unit)
-    points, edges = arrangement(part.points, part.lines, share * unit)
-    filled = cells(surface, part, points, edges)
-    chains = curves(points, edges, part.marks, max(10 * NEAR, share) * unit)
-    return section(chains, curves_round(chains, filled), filled.full, sizes), part, filled.full
 
 
 def _is_good(candidate: Candidate) -> bool:

@@ -20,7 +20,7 @@ from .leaning import Leaning, between, over
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-    from .holes import Hole
+    from .holes import Collar, Hole
 
 TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 STRAIGHT = 0.02  # sine: tolerance for the direction and the borders of a round end
@@ -74,9 +74,29 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
             where = place(surface, surface.vertices[used[window[0]]])
             raise NoBackgroundError(f"holes meet at their sides near {where}")
         flat[window, 0] = before[window, 0]
+    for collar in hole.collars:
+        along[np.isin(used, surface.faces[collar.faces])] = _flatten(surface, at, hole, collar)
     at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]])
     at[used] += np.multiply.outer(along, np.cross(hole.across, [0, 0, 1]))
     return side
+
+
+def _flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> float:
+    """Set a collar into the plane of its border, in place; the coordinate along the hole there."""
+    used, direction = np.unique(surface.faces[collar.faces]), np.cross(hole.across, [0, 0, 1])
+    x, y = ((np.stack([at[used] @ hole.across, at[used, 2]]).T - hole.middle) / hole.extent).T
+    share, radius = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4, np.hypot(x, y)
+    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ direction).mean()
+    radius[border] = radius[border].mean()
+    for corner in range(4):  # its closest vertex is at the corner
+        off = (share[border] - corner + 2) % 4 - 2
+        share[border[abs(off).argmin()]] = corner
+    middle, half = hole.sides.mean(axis=1), np.diff(hole.sides, axis=1)[:, 0] / 2
+    around = np.array([[1, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
+    turn = np.stack([np.interp(share, np.arange(5), around[:, d]) for d in (0, 1)], axis=1)
+    flat = middle + radius[:, None] * turn
+    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * direction
+    return float(level)
 
 
 class SquaredOff(NamedTuple):

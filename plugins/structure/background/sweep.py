@@ -41,6 +41,7 @@ class Sweep(ColumnStructure):
             if the axis is not given
         """
         from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.details import section_of
         from polycube.hexmesh.background.plane import frame
 
         from .moved_back import moved_back
@@ -51,7 +52,7 @@ class Sweep(ColumnStructure):
             part = part.with_lines(lines @ frame(UPWARD)[:2, :2].T)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
-        flat, part, full = self.section(straight.surface if straight else surface, part, sizes)
+        flat, part, full = section_of(straight.surface if straight else surface, part, sizes)
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)

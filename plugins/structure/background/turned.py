@@ -50,9 +50,9 @@ class Turned(ColumnStructure):
         part = profile(surface, main_axis(surface))
         radius = self._core_radius(part.points, part.marks)
         low, high = part.points[:, 0].min(), part.points[:, 0].max()
-        inner = np.array([[low, 0], [high, 0], [low, radius], [high, radius]])
-        lines = np.concatenate([part.lines, len(part.points) + np.array([[0, 1], [2, 3]])])
-        points, edges = arrangement(np.concatenate([part.points, inner]), lines, near)
+        inner = np.array([[[low, 0], [high, 0]], [[low, radius], [high, radius]]])
+        lined = part.with_lines(inner)
+        points, edges = arrangement(lined.points, lined.lines, near)
         filled = cells(surface, replace(part, levels=_divided(part.levels)), points, edges)
         shares = filled.full.reshape(len(filled.full), -1, PROBES).mean(axis=2)
         if ((shares > 0) & (shares < 1)).any():

@@ -96,12 +96,14 @@ def upright(
         kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
         region[hole.faces] = len(is_wall) + piece.ravel()
         is_changed[hole.faces] = True
+        for collar in hole.collars:
+            is_wall[region[collar.faces]] = is_changed[collar.faces] = True
         is_wall = np.append(is_wall, kinds[:, 1] % 2 == 0)
         is_cap = np.append(is_cap, kinds[:, 1] % 2 == 1)
         levels.append(hole.levels(sizes))
         fine.append(hole.fine(at, surface.faces, sizes))
     surface = replace(surface, region=region)
-    leans = np.intersect1d(leans, region).tolist()
+    leans = np.setdiff1d(np.intersect1d(leans, region), np.flatnonzero(is_wall)).tolist()
     one, two = pairs
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
