@@ -220,8 +220,8 @@ class Run:
         verdict = leader.verdict if is_judged else None
         found = replace(found, ranked=history.ranked, moves=tuple(history.table), verdict=verdict)
         if ended is not None:
-            late = f"stopped at the time limit of {seconds:g} s"
-            why = "interrupted" if ended == "user" else late
+            late = ended == "time"
+            why = f"stopped at the time limit of {seconds:g} s" if late else "interrupted"
             stopped = f"meshing was {why}; the result is the best mesh until then"
             logger.warning("warning: %s", stopped)
             found = replace(found, stopped=stopped, interrupted=ended == "user")
