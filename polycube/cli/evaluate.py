@@ -36,21 +36,25 @@ Row = dict[str, Any]
 GRIDLESS: Json = {"grid": (1, 1, 1), "primitives": {}}  # for a plugin that uses neither
 
 # heading: column of `diffusion.evaluation`
-TABLE = {"error": "error", "p95": "error_p95", "one step": "error_one_step"}
-TABLE |= {"off polycube": "off_polycube", "patch": "labelled_patch", "cell": "labelled_cell"}
-TABLE |= {"wall": "labelled_wall", "nearest: patch": "patch", "cell ": "cell", "wall ": "wall"}
-TABLE |= {"context top-1": "context_top1", "top-3": "context_top3"}
-TABLE |= {"any genus": "context_top1_any_genus", "turned top-1": "turned_top1"}
-TABLE |= {"top-3 ": "turned_top3", "s": "seconds", "1/s": "samples_per_second"}
+TABLE = {
+    "error": "error", "p95": "error_p95", "one step": "error_one_step",
+    "off polycube": "off_polycube",
+    "patch": "labelled_patch", "cell": "labelled_cell", "wall": "labelled_wall",
+    "nearest: patch": "patch", "cell ": "cell", "wall ": "wall",
+    "context top-1": "context_top1", "top-3": "context_top3", "any genus": "context_top1_any_genus",
+    "turned top-1": "turned_top1", "top-3 ": "turned_top3",
+    "s": "seconds", "1/s": "samples_per_second",
+}  # fmt: skip
 FORMATS = {"error": "{:.3f}", "off": "{:.3f}", "seconds": "{:.3g}", "samples": "{:.3g}"}
 SHARE = "{:.1%}"  # format of the other columns
 # beside every network of a grid: what needs none, given the context
 BASELINES = ("untouched", "box", "normals", "centre")
 # the same for arbitrary structures; additional columns if there are any
-WITHOUT_GRID = {"axis": "labelled_axis", "knot": "labelled_knot", "nearest: axis": "nearest_axis"}
-WITHOUT_GRID |= {"lattice": "lattice_1", "best of 4": "lattice_4", "best of 16": "lattice_16"}
-WITHOUT_GRID |= {"volume": "volume_1", "best of 16 ": "volume_16"}
-WITHOUT_GRID |= {"genus": "genus", "any ": "genus_any"}
+WITHOUT_GRID = {
+    "axis": "labelled_axis", "knot": "labelled_knot", "nearest: axis": "nearest_axis",
+    "lattice": "lattice_1", "best of 4": "lattice_4", "best of 16": "lattice_16",
+    "volume": "volume_1", "best of 16 ": "volume_16", "genus": "genus", "any ": "genus_any",
+}  # fmt: skip
 
 
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:

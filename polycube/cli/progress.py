@@ -14,9 +14,10 @@ from rich.text import Text
 
 # quartiles of the elapsed share of the total time, at the first start of a stage and at the n-th
 # start of meshing/optimize: 134 runs to the mesh, times the share of the mesh in 12 complete runs
-SHARES = {"ranking": (0.08, 0.21, 0.32), "meshing/refine": (0.43, 0.49, 0.54)}
-SHARES |= {"spline": (0.45, 0.50, 0.55), "analysis": (0.49, 0.54, 0.63)}
-SHARES |= {"report": (0.54, 0.59, 0.68)}
+SHARES = {
+    "ranking": (0.08, 0.21, 0.32), "meshing/refine": (0.43, 0.49, 0.54),
+    "spline": (0.45, 0.50, 0.55), "analysis": (0.49, 0.54, 0.63), "report": (0.54, 0.59, 0.68),
+}  # fmt: skip
 OPTIMIZE = {1: (0.11, 0.27, 0.42), 2: (0.12, 0.23, 0.39), 3: (0.15, 0.21, 0.32)}
 OPTIMIZE |= {6: (0.21, 0.28, 0.37), 9: (0.27, 0.34, 0.43), 15: (0.29, 0.36, 0.43)}
 

@@ -25,8 +25,9 @@ REMEDY = "choose another output_dir, or move the file away"
 
 ROOM = 1 << 20  # free space that is required in a folder, in bytes
 # errors of the file system, not of the program
-UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM}
-UNWRITABLE |= {errno.EIO}
+UNWRITABLE = {
+    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO,
+}  # fmt: skip
 
 State = list[object]  # size in bytes, SHA-256
 Entries = dict[str, list[State]]  # two states during a replacement; none: a log

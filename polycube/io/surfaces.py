@@ -147,7 +147,8 @@ def _read_fbx(path: Path) -> Soup:
     return Soup(found["vertices"], found["faces"])
 
 
-READERS: dict[str, Callable[[Path], Soup]]
-READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
-READERS |= {".glb": _read_glb, ".fbx": _read_fbx}
+READERS: dict[str, Callable[[Path], Soup]] = {
+    ".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off,
+    ".glb": _read_glb, ".fbx": _read_fbx,
+}  # fmt: skip
 KNOWN = (*dict.fromkeys((*READERS, *clouds.READERS)), *SUFFIXES)  # suffixes of readable files

@@ -17,8 +17,11 @@ from polycube.units import AUTO, resolved
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
-CHOICES = {"bext": ("auto", "1", "2", "both"), "cells": ("auto", "lagrange", "corners")}
-CHOICES |= {"precision": ("single", "double")}
+CHOICES = {
+    "bext": ("auto", "1", "2", "both"),
+    "cells": ("auto", "lagrange", "corners"),
+    "precision": ("single", "double"),
+}
 
 
 @dataclass(frozen=True, eq=False)

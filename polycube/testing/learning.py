@@ -136,5 +136,7 @@ def _check_gridless(pair: Any) -> None:
         claim(off < 1e-6, "places lie on the planes of their labels", f"{off:.2g} off")
 
 
-LEARNING = {"primitive": check_primitive, "schedule": check_schedule, "model": check_model}
-LEARNING |= {"sampler": check_sampler, "data": check_data}
+LEARNING = {
+    "primitive": check_primitive, "schedule": check_schedule, "model": check_model,
+    "sampler": check_sampler, "data": check_data,
+}  # fmt: skip

@@ -38,7 +38,7 @@ def on_disk(tmp_path: Path):
         script = ALONE.format(size=size, disk=disk, copied=copied, command=command, prepare=prepare)
         alone = ["unshare", "--map-root-user", "--mount", "sh", "-c", script]
         if not shutil.which("unshare"):
-            pytest.skip("no unshare")
+            pytest.skip("the program unshare is not installed")
         ended = subprocess.run(alone, capture_output=True, text=True, cwd=tmp_path)
         if ended.returncode == 99 or "unshare" in ended.stderr:
             pytest.skip(f"no file system of its own: {ended.stderr}")

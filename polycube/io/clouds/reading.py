@@ -55,5 +55,6 @@ def _read_xyz(path: Path) -> Cloud:
     return Cloud(rows.reshape(-1, 3), np.zeros((0, 3)))
 
 
-READERS: dict[str, Callable[[Path], Cloud]]
-READERS = {".ply": _read_ply, ".pcd": read_pcd, ".xyz": _read_xyz}
+READERS: dict[str, Callable[[Path], Cloud]] = {
+    ".ply": _read_ply, ".pcd": read_pcd, ".xyz": _read_xyz,
+}  # fmt: skip

@@ -83,8 +83,9 @@ def by_trimesh(path: str) -> Arrays:
     return {"vertices": vertices, "faces": faces}
 
 
-PARSERS: dict[str, Callable[[str], Arrays]]
-PARSERS = {"meshio": by_meshio, "open3d": by_open3d, "trimesh": by_trimesh}
+PARSERS: dict[str, Callable[[str], Arrays]] = {
+    "meshio": by_meshio, "open3d": by_open3d, "trimesh": by_trimesh,
+}  # fmt: skip
 
 if __name__ == "__main__":
     main()

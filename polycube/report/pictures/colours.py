@@ -12,8 +12,10 @@ HELD, LOADED = "#2f6db3", "#e07b1f"  # faces with supports, with loads
 LOST = "#d91a1a"  # on a hex mesh, as in the 3D view
 
 # of holes, and of other CAD faces that are not ends: dark, and pale
-HOLES: tuple[str, ...] = ("#7b4fb0", "#d9822b", "#14807f", "#b8487f", "#8a6d1f")
-HOLES += ("#4a5a9a", "#e0559b", "#5fa83a", "#a05a3c", "#35a3c9")
+HOLES = (
+    "#7b4fb0", "#d9822b", "#14807f", "#b8487f", "#8a6d1f",
+    "#4a5a9a", "#e0559b", "#5fa83a", "#a05a3c", "#35a3c9",
+)  # fmt: skip
 FACES = ("#d9c9a3", "#b9d8cf", "#dcc3d0", "#c9c3e3", "#d8dba6", "#bcd3e6", "#e6c7b5")
 
 # scaled Jacobian 0 .. 1: red is bad, blue is good, equal steps between the colours
