@@ -49,9 +49,18 @@ class Hole(NamedTuple):
     windows: list[np.ndarray]
     collars: tuple[Collar, ...] = ()
 
+    @property
+    def along(self) -> np.ndarray:
+        """(3,) unit vector in its direction."""
+        return np.cross(self.across, [0, 0, 1])
+
+    def flat(self, places: np.ndarray) -> np.ndarray:
+        """(N, 2) coordinates across its direction, and heights, of places (N, 3)."""
+        return np.stack([places @ self.across, places[:, 2]], axis=1)
+
     def parts(self, sizes: Sizes) -> int:
         """Number of edges along each side of the square that its roundness requires."""
-        return int(np.ceil(sizes.around(float(self.extent.mean())) / 4 - 0.05))
+        return sizes.in_quarter(float(self.extent.mean()))
 
     def levels(self, sizes: Sizes) -> np.ndarray:
         """(N,) heights that divide its upright sides."""
@@ -130,14 +139,13 @@ def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -
 
 
 def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iterator[Collar]:
-    along = at @ np.cross(hole.across, [0, 0, 1])
-    flat = np.stack([at @ hole.across, at[:, 2]], axis=1)
+    along, flat = at @ hole.along, hole.flat(at)
     near = LEVEL * hole.extent.mean()
-    beside, ends = np.concatenate(pairs[::-1]) // 3, half_edges(surface.faces)
-    own = np.isin(np.arange(len(surface.faces)), hole.faces)
-    outside = own[np.concatenate(pairs) // 3] & ~own[beside]
+    half, beside = np.concatenate(pairs), np.concatenate(pairs[::-1]) // 3
+    ends, own = half_edges(surface.faces)[half], np.isin(np.arange(len(surface.faces)), hole.faces)
+    outside = own[half // 3] & ~own[beside]
     for rim in hole.rims:
-        at_rim = outside & np.isin(ends[np.concatenate(pairs)], rim).all(axis=1)
+        at_rim = outside & np.isin(ends, rim).all(axis=1)
         faces = np.isin(surface.region, surface.region[beside[at_rim]]) & ~own
         borders = [loop for loop in _loops(surface.faces[faces]) if not np.isin(loop, rim).any()]
         if len(borders) != 1 or euler(surface.faces[faces]) != 0:

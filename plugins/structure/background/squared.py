@@ -48,7 +48,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     """
     used, local = np.unique(surface.faces[hole.faces], return_inverse=True)
     local = local.reshape(-1, 3)
-    before = np.stack([at[used] @ hole.across, at[used, 2]], axis=1)
+    before = hole.flat(at[used])
     x, y = ((before - hole.middle) / hole.extent).T
     edge = np.arccos(np.clip(hole.wide, np.sqrt(0.5), 1))
     # the same angle in the first quadrant, where the edge between two sides comes to 45 degrees
@@ -62,10 +62,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    (left, right), (low, high) = hole.sides
-    corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
-    flat = np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-    along = at[used] @ np.cross(hole.across, [0, 0, 1])
+    flat, along = _on_sides(hole, share), at[used] @ hole.along
     for rim in (np.searchsorted(used, loop) for loop in hole.rims):
         known = rim[np.argsort(before[rim, 0], kind="stable")]
         along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
@@ -77,25 +74,30 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     for collar in hole.collars:
         along[np.isin(used, surface.faces[collar.faces])] = _flatten(surface, at, hole, collar)
     at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]])
-    at[used] += np.multiply.outer(along, np.cross(hole.across, [0, 0, 1]))
+    at[used] += np.multiply.outer(along, hole.along)
     return side
+
+
+def _on_sides(hole: Hole, share: np.ndarray) -> np.ndarray:
+    """(N, 2) points of the square of a hole after a number (N,) of its sides, from below right."""
+    (left, right), (low, high) = hole.sides
+    corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
+    return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
 
 
 def _flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> float:
     """Set a collar into the plane of its border, in place; the coordinate along the hole there."""
-    used, direction = np.unique(surface.faces[collar.faces]), np.cross(hole.across, [0, 0, 1])
-    x, y = ((np.stack([at[used] @ hole.across, at[used, 2]]).T - hole.middle) / hole.extent).T
+    used = np.unique(surface.faces[collar.faces])
+    x, y = ((hole.flat(at[used]) - hole.middle) / hole.extent).T
     share, radius = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4, np.hypot(x, y)
-    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ direction).mean()
+    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ hole.along).mean()
     radius[border] = radius[border].mean()
     for corner in range(4):  # its closest vertex is at the corner
         off = (share[border] - corner + 2) % 4 - 2
         share[border[abs(off).argmin()]] = corner
-    middle, half = hole.sides.mean(axis=1), np.diff(hole.sides, axis=1)[:, 0] / 2
-    around = np.array([[1, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
-    turn = np.stack([np.interp(share, np.arange(5), around[:, d]) for d in (0, 1)], axis=1)
-    flat = middle + radius[:, None] * turn
-    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * direction
+    middle = hole.sides.mean(axis=1)
+    flat = middle + radius[:, None] * (_on_sides(hole, share) - middle)
+    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * hole.along
     return float(level)
 
 
@@ -215,7 +217,7 @@ def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -
     bottom, top = at[low, 2].mean(), at[high, 2].mean()
     at[used, :2] += np.multiply.outer(run - depth, out)
     at[used, 2] = np.interp(share, [1, 2], [bottom, top])
-    number = int(np.ceil(sizes.around(radius) / 4 - 0.05))
+    number = sizes.in_quarter(radius)
     inner = (share < 1) & (share > 0.5)
     length = np.full(inner.sum(), BLUNT * radius / max(1, round(number / 2)))
     fine = np.column_stack([at[used[inner], :2], length])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.hexmesh.background.background import Background, NoBackgroundError
+from polycube.hexmesh.background.background import Background, NoBackgroundError, distinct
 from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import curved_faces, diagonal, half_edges, place, twins
 from polycube.types import TriMesh
@@ -122,18 +122,11 @@ def _stack(
     own = flat & ~both_over[sides] & ~both_over[others]
     used, lines = np.unique(ends[own], return_inverse=True)
     tops = np.concatenate([surface.faces[is_cap].ravel(), ends[flat & ~on_cap].ravel()])
-    levels = _levels(height[tops], near)
+    levels = distinct(height[tops], 10 * near)
     if part is not None:
         levels = _with_further(levels, part.levels)
     marks = across[ends[upright]].mean(axis=1)
     return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ rows)
-
-
-def _levels(heights: np.ndarray, near: float) -> np.ndarray:
-    """(L,) means of close heights, ascending."""
-    heights = np.sort(heights)
-    group = np.append(0, np.cumsum(np.diff(heights) > 10 * near))
-    return np.bincount(group, heights) / np.bincount(group)
 
 
 def _with_further(levels: np.ndarray, further: np.ndarray) -> np.ndarray:

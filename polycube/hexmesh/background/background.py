@@ -16,15 +16,23 @@ class Background:
 
     A part is the union of cells of its section between levels: of a plane section between heights
     (swept), of a section (z, r) between angles (turned), or of a section along a path (bent).
+
+    Parameters
+    ----------
+    points : (P, 2) of the section
+    lines : (S, 2) indices of points: borders of the faces of the part in the section
+    marks : (M, 2) places where a curve of the section ends, although it is smooth there
+    levels : (L,) ascending, in the unit of the third coordinate
+    place : map of points (N, 3) of section and level to space
+    is_cyclic : whether the last level is the first one
     """
 
-    points: np.ndarray  # (P, 2) of the section
-    lines: np.ndarray  # (S, 2) indices of points: borders of the faces of the part in the section
-    # (M, 2) places where a curve of the section ends, although it is smooth there
+    points: np.ndarray
+    lines: np.ndarray
     marks: np.ndarray
-    levels: np.ndarray  # (L,) ascending, in the unit of the third coordinate
-    place: Callable[[np.ndarray], np.ndarray]  # map of points (N, 3) of section and level to space
-    is_cyclic: bool = False  # whether the last level is the first one
+    levels: np.ndarray
+    place: Callable[[np.ndarray], np.ndarray]
+    is_cyclic: bool = False
 
     def with_lines(self, lines: np.ndarray) -> "Background":
         """With further lines (N, 2, 2) in the section."""
@@ -37,7 +45,13 @@ class Background:
 
     def with_distinct_levels(self, near: float) -> "Background":
         """With the means of levels that are closer than `near`; the first and the last one stay."""
-        group = np.append(0, np.cumsum(np.diff(self.levels) > near))
-        levels = np.bincount(group, self.levels) / np.bincount(group)
+        levels = distinct(self.levels, near)
         levels[[0, -1]] = self.levels[[0, -1]]
         return replace(self, levels=levels)
+
+
+def distinct(values: np.ndarray, near: float) -> np.ndarray:
+    """Ascending values (N,); those closer than `near` to the next one are replaced by a mean."""
+    values = np.sort(values)
+    group = np.append(0, np.cumsum(np.diff(values) > near))
+    return np.bincount(group, values) / np.bincount(group)

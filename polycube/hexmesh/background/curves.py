@@ -85,6 +85,10 @@ class Sizes:
         wanted = edges_around(self.around_hole, 2 * np.pi * radius, self.size)
         return max(wanted, np.pi / np.arccos(1 - sag))
 
+    def in_quarter(self, radius: float) -> int:
+        """Smallest number of edges in a quarter of a circle."""
+        return int(np.ceil(self.around(radius) / 4 - 0.05))
+
 
 def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float) -> list[Curve]:
     """The curves of a planar graph.
