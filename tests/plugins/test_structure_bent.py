@@ -80,6 +80,21 @@ def test_hexes_fill_a_bent_bar(scale):
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.9
 
 
+@settings(deadline=None, max_examples=10)
+@given(st.floats(4, 9), st.floats(90, 1500), st.sampled_from([-1, 1]), st.floats(3, 9))
+def test_hexes_fill_a_spring(radius, angle, hand, pitch):
+    """The volume of a screw motion is that of the rotation, whatever its pitch."""
+    surface = placed(bent(SQUARE, [(3, 0, 0), (0, radius, angle, hand * pitch * angle / 360)]))
+    motions = path(surface).motions
+    assert sorted(m.angle for m in motions) == pytest.approx([0, np.radians(angle)], abs=1e-4)
+    [candidate] = propose(surface, size=1.0)
+    mesh = candidate.blocks
+    check_conforming(mesh)
+    assert volume(mesh) == pytest.approx(4 * (3 + np.radians(angle) * radius), rel=0.02)
+    lead = np.arctan2(pitch / (2 * np.pi), radius - 1)  # the section is not normal to the helix
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.9 * np.cos(lead)
+
+
 @pytest.mark.parametrize(("around_hole", "wanted"), first_quick(1, [(12, 4), (24, 6), (40, 10)]))
 def test_a_quarter_turn_has_four_hexes_or_more(around_hole, wanted):
     surface = bent(SQUARE, [(0, 8, 90)])
@@ -88,15 +103,16 @@ def test_a_quarter_turn_has_four_hexes_or_more(around_hole, wanted):
 
 
 @pytest.mark.slow
-def test_an_elbow_is_on_its_curves(tmp_path):
-    surface, _ = read_surface(write("elbow", tmp_path))
+@pytest.mark.parametrize(("name", "holes", "most"), [("elbow", 1, 1500), ("spring", 0, 2500)])
+def test_a_bent_cad_part_is_on_its_curves(name, holes, most, tmp_path):
+    surface, _ = read_surface(write(name, tmp_path))
     [candidate] = propose(surface, curvature="0.2%")
     mesh = candidate.blocks
     check_conforming(mesh)
-    assert genus(mesh) == 1
+    assert genus(mesh) == holes
     assert max(feature.distance for feature in inspect(mesh, surface).features) < 3e-3
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.8
-    assert len(mesh.hexes) < 1500
+    assert len(mesh.hexes) < most
 
 
 def test_other_parts_are_refused_with_the_reason(caplog):

@@ -1,4 +1,4 @@
-"""Bent bars and tubes: hexes of a section that is moved along lines and arcs."""
+"""Bent bars and tubes: hexes of a section that is moved along lines, arcs and helices."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ TURN = np.pi / 8  # largest angle of a hex in a bend
 class Bent(ColumnStructure):
     """Mesh an end of a bent bar or tube with quads, and move them along its path.
 
-    For elbows, bent tubes, rods, channels and strips: parts with a constant section along straight
-    lines and arcs.
+    For elbows, bent tubes, rods, channels, strips and springs: parts with a constant section along
+    straight lines, arcs and helices.
     """
 
     proposal: ClassVar[str] = "bent"
