@@ -22,6 +22,14 @@ def view_command() -> None:
         main()
 
 
+def desk_command() -> None:
+    """`polycube-desk`, `python -m polycube.desk`."""
+    from polycube.cli.desk import main
+
+    with ending_with_reader():
+        main()
+
+
 def _run(name: str) -> None:
     """Show the help of a program, or import the program and run it."""
     # Imports and the configuration make many objects and little garbage, and the collector would

@@ -1,0 +1,214 @@
+"""The page of the desk: the part, what is set at its faces, and the run."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+from nicegui import ui
+
+from polycube.analysis.problem import MATERIALS
+from polycube.desk.job import Job
+from polycube.desk.part import PartView
+from polycube.desk.process import RESULTS, Process
+from polycube.desk.results import ResultsView
+from polycube.errors import PolycubeError
+from polycube.io.surfaces import KNOWN
+from polycube.registry import names
+
+SELECTED, HELD, LOADED, COUNTED = "#ffa726", "#1e88e5", "#e53935", "#43a047"
+ANALYSES = ["modal", "static", "none"]
+EFFORTS = ["first", "normal", "thorough"]
+WISHES = {
+    "size": "size of the hexes",
+    "through": "hexes through the wall",
+    "around": "hexes around the hole",
+}
+
+
+@dataclass
+class Desk:
+    """What is set and run at a desk; a page that is loaded again shows the same.
+
+    Parameters
+    ----------
+    folder : in which the desk was opened; it reads and writes nothing outside of it
+    scratch : folder for the faces that are shown
+    job : what is set
+    process : the last run
+    """
+
+    folder: Path
+    scratch: Path
+    job: Job = field(default_factory=Job)
+    process: Process | None = None
+
+    def build(self) -> None:
+        """Add the elements to a page."""
+        ui.page_title("Polycube desk")
+        ui.label(f"Polycube desk: {self.folder}").classes("text-xl")
+        with ui.row().classes("w-full items-start"):
+            with ui.column().classes("w-full lg:w-[48%]"):
+                self._part()
+            with ui.column().classes("w-full lg:w-[48%]"):
+                self._faces()
+                self._settings()
+        self._command = ui.textarea("The same as a command").classes("w-full")
+        self._command.props("readonly autogrow")
+        with ui.row().classes("items-center"):
+            self._start = ui.button("Run", on_click=self._run)
+            self._stop = ui.button("Stop", on_click=self._end)
+            self._says = ui.label().props('role="status"')
+        self._log = ui.log(max_lines=400).classes("w-full h-40").props('aria-label="Messages"')
+        self._results = ResultsView(self.folder)
+        self._changed()
+        self._ready()
+
+    def _part(self) -> None:
+        files = [p for p in self.folder.rglob("*") if p.suffix.lower() in KNOWN and p.is_file()]
+        own = self.folder / RESULTS
+        parts = sorted(p.relative_to(self.folder).as_posix() for p in files if own not in p.parents)
+        given = self.job.part or None
+        choice = ui.select(parts, value=given, label="Part").classes("w-full")
+        choice.on_value_change(lambda event: self._open(str(event.value)))
+        self._view = PartView(self._painted)
+        self._about = ui.label()
+        if given:
+            ui.timer(0.1, lambda: self._open(given), once=True)
+
+    def _faces(self) -> None:
+        with ui.card().classes("w-full"):
+            ui.label("At the selected faces").classes("font-bold")
+            with ui.row():
+                ui.button("Hold", on_click=lambda: self._set(self._hold))
+                ui.button("Clear", on_click=lambda: self._set(self._clear))
+            with ui.row().classes("items-end"):
+                force = [ui.number(f"Force {x}, N", value=0).classes("w-24") for x in "xyz"]
+                ui.button("Add force", on_click=lambda: self._set(self._force, *force))
+            with ui.row().classes("items-end"):
+                pressure = ui.number("Pressure, Pa", value=1e5).classes("w-32")
+                ui.button("Add pressure", on_click=lambda: self._set(self._press, pressure))
+            with ui.row().classes("items-end"):
+                kind = ui.select(WISHES, value="size", label="Wish").classes("w-56")
+                value = ui.input("Length, per cent or number", value="2%").classes("w-40")
+                ui.button("Add wish", on_click=lambda: self._set(self._wish, kind, value))
+            self._list = ui.column().props('role="list" aria-label="What is set at the faces"')
+
+    def _settings(self) -> None:
+        with ui.card().classes("w-full"):
+            ui.label("Settings").classes("font-bold")
+            with ui.row().classes("items-end"):
+                self._bind(ui.select(ANALYSES, label="Analysis").classes("w-32"), "analysis")
+                self._bind(ui.select([*MATERIALS], label="Material").classes("w-32"), "material")
+                self._bind(ui.number("Modes", min=1, precision=0).classes("w-20"), "modes")
+                self._bind(ui.checkbox("Solve here"), "is_solved")
+            with ui.row().classes("items-end"):
+                size = ui.input("Size of the hexes", placeholder="automatic").classes("w-40")
+                self._bind(size, "size")
+                self._bind(ui.select(EFFORTS, label="Effort").classes("w-32"), "effort")
+                exports = ui.select(names("export"), multiple=True, label="Exports")
+                self._bind(exports.classes("w-48"), "exports")
+            self._bind(ui.input("Further settings").classes("w-full"), "further")
+
+    def _bind(self, element: Any, name: str) -> None:
+        element.bind_value(self.job, name).on_value_change(self._changed)
+
+    async def _open(self, part: str) -> None:
+        job = self.job
+        if part != job.part:
+            job.part = part
+            for given in (job.held, job.forces, job.pressures, job.requests):
+                given.clear()
+        self._about.set_text(f"Reading {part} ...")
+        try:
+            surface = await self._view.show(self.folder / part, Path(mkdtemp(dir=self.scratch)))
+        except PolycubeError as error:
+            self._about.set_text(str(error))
+            return
+        self._about.set_text(f"{self._view.count} faces, lengths in {surface.unit or 'no unit'}")
+        self._changed()
+
+    def _set(self, how: Callable[..., None], *fields: Any) -> None:
+        """Set something, with the values of some fields, at every selected face."""
+        if not self._view.selected:
+            ui.notify("Select one or more faces first: click them, or use the list.")
+        try:
+            for name in self._view.selected:
+                how(name, *(each.value for each in fields))
+        except ValueError:
+            ui.notify("A number of hexes must be a whole number.")
+        self._changed()
+
+    def _hold(self, name: str) -> None:
+        self.job.held += [] if name in self.job.held else [name]
+
+    def _clear(self, name: str) -> None:
+        self.job.held = [other for other in self.job.held if other != name]
+        for given in (self.job.forces, self.job.pressures, self.job.requests):
+            given.pop(name, None)
+
+    def _force(self, name: str, *parts: float | None) -> None:
+        x, y, z = (float(part or 0) for part in parts)
+        self.job.forces[name] = (x, y, z)
+
+    def _press(self, name: str, pressure: float | None) -> None:
+        self.job.pressures[name] = float(pressure or 0)
+
+    def _wish(self, name: str, kind: str, value: str) -> None:
+        self.job.requests[name] = {kind: value if kind == "size" else int(value)}
+
+    def _changed(self) -> None:
+        """Show what is set, and the command."""
+        job = self.job
+        said = [f"{name}: held" for name in job.held]
+        said += [f"{name}: force {force} N" for name, force in job.forces.items()]
+        said += [f"{name}: pressure {value:g} Pa" for name, value in job.pressures.items()]
+        wishes = [(name, *pair) for name, wish in job.requests.items() for pair in wish.items()]
+        said += [f"{name}: {WISHES[kind]} {value}" for name, kind, value in wishes]
+        self._list.clear()
+        with self._list:
+            for line in said:
+                ui.label(line).props('role="listitem"')
+        try:
+            self._command.set_value(job.command)
+        except ValueError as error:
+            self._command.set_value(f"Further settings: {error}")
+        self._painted(self._view.selected)
+
+    def _painted(self, selected: list[str]) -> None:
+        job = self.job
+        colours = dict.fromkeys(job.requests, COUNTED) | dict.fromkeys(job.held, HELD)
+        colours |= dict.fromkeys([*job.forces, *job.pressures], LOADED)
+        self._view.paint(colours | dict.fromkeys(selected, SELECTED))
+
+    def _ready(self, says: str = "") -> None:
+        """Show whether a run can be started or stopped, and what became of the last one."""
+        runs = self.process is not None and self.process.is_running
+        self._start.set_enabled(not runs)
+        self._stop.set_enabled(runs)
+        self._says.set_text("running" if runs else says)
+
+    async def _run(self) -> None:
+        if not self.job.part:
+            ui.notify("Choose a part first.")
+            return
+        self._log.clear()
+        last = ""
+        try:
+            self.process = process = await Process.begin(self.folder, self.job)
+        except ValueError as error:
+            ui.notify(f"Further settings: {error}")
+            return
+        self._ready()
+        async for line in process.lines():
+            self._log.push(line)
+            last = line or last
+        code = await process.end()
+        self._ready("finished" if code == 0 else f"exit code {code}: {last}")
+        self._results.update()
+        self._results.show(process.folder)
+
+    def _end(self) -> None:
+        if self.process is not None:
+            self.process.stop()

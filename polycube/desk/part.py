@@ -1,0 +1,97 @@
+"""A part as coloured faces that can be picked."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from polycube.hexmesh.named_sets import face_set
+from polycube.io.cad import Cad
+from polycube.io.stl import write_stl
+from polycube.io.surfaces import read_surface
+from polycube.types import TriMesh
+
+ADDRESS = "/faces"
+ENDS = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
+EXTENT = 10.0  # of the part in the view
+SEGMENTS = 24  # triangle edges on a full turn: enough to see
+GREY = "#b0bec5"
+
+
+def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], TriMesh]:
+    """An STL file in a folder for each CAD face of a part, by the name of its set, and the surface.
+
+    Raises
+    ------
+    InputError
+        If the file is not a closed surface.
+    """
+    surface, _ = read_surface(path, Cad(segments=SEGMENTS))
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    scaled = (surface.vertices - (low + high) / 2) * EXTENT / np.linalg.norm(high - low)
+    region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
+    found = {}
+    for number in np.unique(region).tolist():
+        name = face_set(surface, number) if len(surface.region) else "surface"
+        used, faces = np.unique(surface.faces[region == number], return_inverse=True)
+        found[name] = write_stl(folder / f"{number}.stl", scaled[used], faces.reshape(-1, 3))
+    return found, surface
+
+
+class PartView:
+    """The view of a part; a click on a face, or the list below it, selects faces.
+
+    Parameters
+    ----------
+    on_change : called with the names of the selected faces
+    """
+
+    def __init__(self, on_change: Callable[[list[str]], None]) -> None:
+        self._objects: dict[str, Any] = {}
+        self._on_change = on_change
+        self._scene = ui.scene(grid=False, on_click=self._clicked).classes("w-full h-96 border")
+        self._scene.props('aria-label="The part; its faces are also in the list below"')
+        self._list = ui.select([], multiple=True, label="Selected faces", value=[])
+        self._list.classes("w-full").on_value_change(lambda _: self._on_change(self.selected))
+
+    @property
+    def selected(self) -> list[str]:
+        """Names of the selected faces."""
+        return list(self._list.value)
+
+    @property
+    def count(self) -> int:
+        """Number of faces."""
+        return len(self._objects)
+
+    async def show(self, path: Path, folder: Path) -> TriMesh:
+        """Show another part; its faces are written to a folder that is served at `ADDRESS`."""
+        faces, surface = await asyncio.to_thread(faces_of, path, folder)
+        address = f"{ADDRESS}/{folder.name}"
+        self._scene.clear()
+        with self._scene:
+            self._objects = {
+                name: self._scene.stl(f"{address}/{file.name}").with_name(name).material(GREY)
+                for name, file in faces.items()
+            }
+        self._scene.move_camera(x=0.6 * EXTENT, y=-0.6 * EXTENT, z=0.5 * EXTENT)
+        self._list.set_options([*faces, *ENDS], value=[])
+        return surface
+
+    def paint(self, colours: Mapping[str, str]) -> None:
+        """Colour faces by name, and the others grey."""
+        for name, shown in self._objects.items():
+            shown.material(colours.get(name, GREY))
+
+    def _clicked(self, event: Any) -> None:
+        name = next((hit.object_name for hit in event.hits if hit.object_name), None)
+        if name in self._objects:
+            chosen = self.selected
+            self._list.set_value(
+                [n for n in chosen if n != name] if name in chosen else [*chosen, name]
+            )

@@ -1,0 +1,88 @@
+"""A run of `infer.py` in a process of its own, and the results of earlier ones."""
+
+import asyncio
+import json
+import signal
+import sys
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import NamedTuple
+
+from polycube.cli.batch import part_name
+from polycube.desk.job import Job
+
+PROGRAM = "from polycube.cli import infer_command; infer_command()"
+RESULTS = "outputs"
+COMMAND = "command.txt"
+
+
+class Process:
+    """A run that has begun.
+
+    Parameters
+    ----------
+    process : its process
+    folder : where its results will be
+    command : the command line that repeats it
+    """
+
+    def __init__(self, process: asyncio.subprocess.Process, folder: Path, command: str) -> None:
+        self._process, self.folder, self._command = process, folder, command
+
+    @classmethod
+    async def begin(cls, folder: Path, job: Job) -> "Process":
+        """Start a run in the folder of the desk."""
+        stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
+        results = folder / RESULTS / part_name(job.part) / stamp
+        words = [*job.settings, f"output_dir={results.relative_to(folder)}"]
+        pipe, joined = asyncio.subprocess.PIPE, asyncio.subprocess.STDOUT
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-c", PROGRAM, *words), cwd=folder, stdout=pipe, stderr=joined
+        )
+        return cls(process, results, job.command)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.returncode is None
+
+    async def lines(self) -> AsyncIterator[str]:
+        """What it prints, until it ends."""
+        assert self._process.stdout is not None
+        async for line in self._process.stdout:
+            yield line.decode(errors="replace").rstrip()
+
+    async def end(self) -> int:
+        """Its exit code; its command line is written beside its results."""
+        code = await self._process.wait()
+        if self.folder.is_dir():
+            (self.folder / COMMAND).write_text(f"{self._command}\n")
+        return code
+
+    def stop(self) -> None:
+        """Ask it to end with the best mesh so far, like Ctrl-C."""
+        if self.is_running:
+            self._process.send_signal(signal.SIGINT)
+
+
+class Earlier(NamedTuple):
+    """A run with a report."""
+
+    name: str  # part and time, the path of its results in those of the desk
+    verdict: str
+    hexes: int
+    scaled_jacobian: float
+
+
+def earlier(folder: Path) -> list[Earlier]:
+    """The runs with a report in the folder of a desk, the last one first."""
+    found = []
+    for page in (folder / RESULTS).glob("*/*/report.html"):
+        numbers = json.loads((page.parent / "report.json").read_text())
+        hexes = numbers.get("hex", {})
+        verdict = "valid" if numbers["valid"] else "not valid"
+        name = page.parent.relative_to(folder / RESULTS).as_posix()
+        values = hexes.get("hexes", 0), hexes.get("min_scaled_jacobian", float("nan"))
+        found.append(Earlier(name, verdict, *values))
+    return sorted(found, key=lambda each: each.name.rpartition("/")[2], reverse=True)
