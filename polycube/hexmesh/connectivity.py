@@ -79,6 +79,13 @@ def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     return np.divmod(label_of(mesh.quads, faces, np.arange(len(faces))), 6)
 
 
+def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
+    """(H, 6) value of the boundary quad (Q,) at each face of a hex; -1 inside."""
+    found = np.full((len(mesh.hexes), 6), -1, values.dtype)
+    found[quad_sides(mesh)] = values
+    return found
+
+
 def label_of(rows: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
     """(N,) label of the known row with the same vertices in any order; 0 if there is none."""
     _, number, _ = unique_rows(np.sort(np.concatenate([known, rows]), axis=1))
