@@ -112,7 +112,7 @@ def write_results(
     with manifest.writing(folder) as scratch:
         _write_state(scratch, state, settings)
         _write_json(scratch / "config.json", settings.composed)
-    if state.hexes is not None and _is_sound(state.hexes, state.surface):
+    if state.hexes is not None and inspect(state.hexes, state.surface).is_sound:
         with manifest.writing(folder) as scratch:
             context = state.polycube.context if state.polycube else ()
             named = replace(state.hexes, primitives=context)
@@ -132,11 +132,6 @@ def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube
     context = polycube.context if polycube else ()
     off = {"off_surface": quality.off_surface(hexes, surface)}
     return vtk.write_hex_vtu(path, hexes, context, off)
-
-
-def _is_sound(hexes: HexMesh, surface: TriMesh) -> bool:
-    found = inspect(hexes, surface)
-    return found.scaled_jacobian > 0 and not len(found.crossings)
 
 
 def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
