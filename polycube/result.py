@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from polycube.analysis.problem import Problem
 from polycube.errors import InputError
+from polycube.io.bezier import write_solution
 from polycube.registry import build, names, provide
 from polycube.report.files import write_hexes
 from polycube.types import HexMesh, Json, Modes, Polycube, Solution, Spline, TriMesh
@@ -102,8 +103,6 @@ class Result:
             If the run has no such result.
         """
         import pyvista
-
-        from polycube.io.bezier import write_solution
 
         if what not in ("hexes", "solution") or getattr(self, what) is None:
             raise InputError(f"there is nothing called {what!r}", remedy="use hexes or solution")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.hexmesh.generation.sizing import check_length
+from polycube.hexmesh.generation import sizing
+from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
@@ -59,7 +60,7 @@ class Standard(Goal, Acceptance):
             raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
         for name in ("creases", "deviation"):
             if getattr(self, name) not in (None, "auto"):
-                check_length(name, getattr(self, name))
+                sizing.check_length(name, getattr(self, name))
         if not 0 <= self.least_jacobian <= 1:
             raise ValueError(f"least_jacobian must be from 0 to 1; got {self.least_jacobian}")
 
@@ -116,7 +117,6 @@ class Standard(Goal, Acceptance):
 
     def _wishes(self, found: Inspection) -> float:
         """How many wishes of `meshing.at` are missed, and by how much `meshing.deviation` is."""
-        from polycube.hexmesh.generation.requests import requests_of
         from polycube.hexmesh.generation.requests_met import missing
 
         off = missing(found.mesh, found.surface, requests_of(self.at)) if self.at else [0]
@@ -129,7 +129,6 @@ class Standard(Goal, Acceptance):
 
     def _times(self, reached: float, wanted: float | str | None, found: Inspection) -> float:
         """Doublings by which a distance exceeds a length; 0 without one."""
-        from polycube.hexmesh.generation import sizing
         from polycube.surface.measures import diagonal
 
         if wanted is None:
@@ -139,7 +138,6 @@ class Standard(Goal, Acceptance):
 
     def _unmet(self, found: Inspection) -> Iterator[str]:
         """A sentence for each wish that the mesh misses."""
-        from polycube.hexmesh.generation.requests import requests_of
         from polycube.hexmesh.generation.requests_met import unmet
 
         yield from unmet(found.mesh, found.surface, requests_of(self.at)) if self.at else ()

@@ -3,18 +3,15 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from polycube.analysis.problem import material
+from polycube.analysis.problem import Vibration, material
 from polycube.analysis.supports import prescribed, supports
 from polycube.registry import register
 from polycube.types import Modes, Spline
 from polycube.units import AUTO, checked_unit
 
 from .places import check_supports
-
-if TYPE_CHECKING:
-    from polycube.analysis.problem import Vibration
 
 logger = logging.getLogger(__name__)
 
@@ -63,10 +60,8 @@ class Modal:
         return self.problem.places
 
     @property
-    def problem(self) -> "Vibration":
+    def problem(self) -> Vibration:
         """The problem, for input files of other solvers."""
-        from polycube.analysis.problem import Vibration
-
         fixed, lumped = prescribed(self.fixed), self.mass == "lumped"
         return Vibration(self.units, fixed, material(self.material), self.modes, lumped)
 

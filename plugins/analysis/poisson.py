@@ -3,17 +3,15 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from polycube.analysis.problem import Conduction, Flow, Prescribed
 from polycube.analysis.supports import is_number, split, supports
 from polycube.registry import register
 from polycube.types import Potential, Spline
 from polycube.units import AUTO, checked_unit
 
 from .places import check_items
-
-if TYPE_CHECKING:
-    from polycube.analysis.problem import Conduction
 
 logger = logging.getLogger(__name__)
 
@@ -65,10 +63,8 @@ class Poisson:
         return self.problem.places
 
     @property
-    def problem(self) -> "Conduction":
+    def problem(self) -> Conduction:
         """The problem, for input files of other solvers."""
-        from polycube.analysis.problem import Conduction, Flow, Prescribed
-
         fixed = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in map(split, self.fixed))
         flows = tuple(Flow(at, item["value"]) for at, item in map(split, self.flux))
         return Conduction(self.units, fixed, self.conductivity, flows, self.source)

@@ -3,18 +3,15 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from polycube.analysis.problem import material
+from polycube.analysis.problem import Applied, Statics, Vector, material
 from polycube.analysis.supports import is_number, prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 from polycube.units import AUTO, checked_unit
 
 from .places import check_items, check_supports, check_vector
-
-if TYPE_CHECKING:
-    from polycube.analysis.problem import Statics, Vector
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +75,7 @@ class Static:
         return self.problem.places
 
     @property
-    def _acceleration(self) -> "Vector":
+    def _acceleration(self) -> Vector:
         """Gravity; without an option, loads and prescribed displacements, along -z."""
         if self.gravity is not None:
             x, y, z = self.gravity
@@ -87,10 +84,8 @@ class Static:
         return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
 
     @property
-    def problem(self) -> "Statics":
+    def problem(self) -> Statics:
         """The problem, for input files of other solvers."""
-        from polycube.analysis.problem import Applied, Statics
-
         loads = tuple(Applied(place, **item) for place, item in map(split, self.loads))
         fixed = prescribed(self.fixed)
         return Statics(self.units, fixed, material(self.material), loads, self._acceleration)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from polycube.analysis.problem import Conduction
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
@@ -55,7 +56,6 @@ class Abaqus(WithProblem, TextFormat):
 
     def parts(self, hexes: HexMesh) -> Iterator[str]:
         """The text of the file, in parts."""
-        from polycube.analysis.problem import Conduction
         from polycube.hexmesh.connectivity import quad_sides
         from polycube.spline.second_order import hex_elements
 

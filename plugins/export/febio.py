@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from polycube.analysis.problem import Statics
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -42,8 +43,6 @@ class Febio(WithNodes, WithProblem, TextFormat):
 
         The step is one increment, so loads need no curve.
         """
-        from polycube.analysis.problem import Statics
-
         own, named = self.elements(hexes), renamed(hexes, NAME, ascii_only=False)
         loads = self.loads(hexes, own)
         is_run = loads is not None and isinstance(loads.problem, Statics) and loads.has_step

@@ -3,8 +3,6 @@
 A stress is in N/L^2, a mass in N s^2/L (tonnes if L is mm) and a power in N L/s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from polycube.analysis.problem import Vibration
 from polycube.registry import register
 from polycube.types import HexMesh
 
@@ -40,7 +41,6 @@ class LsDyna(WithProblem, TextFormat):
         A base acceleration acts on the part in the opposite direction. Curve 1 grows from 0 to 1 in
         the only step.
         """
-        from polycube.analysis.problem import Vibration
         from polycube.io.lsdyna_deck import modal_cards
 
         elements = count(np.column_stack([hexes.cell + 1, hexes.hexes + 1]))

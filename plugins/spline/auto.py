@@ -6,6 +6,8 @@ import logging
 from dataclasses import dataclass, fields, replace
 from typing import ClassVar
 
+from polycube.analysis.problem import MATERIALS
+from polycube.analysis.supports import prescribed, supports
 from polycube.errors import MeshingError
 from polycube.registry import register
 from polycube.types import HexMesh, Spline, TriMesh
@@ -62,8 +64,6 @@ class Auto(SplineOptions):
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
         """Largest estimated relative error of the squared frequencies; 0 without det J > 0."""
         from polycube.analysis.modal import free_modes
-        from polycube.analysis.problem import MATERIALS
-        from polycube.analysis.supports import prescribed, supports
         from polycube.hexmesh.named_sets import sets_of_spline
 
         named = replace(spline, sets=sets_of_spline(spline, hexes))

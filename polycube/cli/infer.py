@@ -16,6 +16,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from polycube.api import execute
 from polycube.cli import cluster
 from polycube.cli.batch import begin_job, expanded, part_name
 from polycube.cli.command import in_full, refused, refusing, run_hydra, with_input
@@ -24,6 +25,10 @@ from polycube.cli.solids import run as solids
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
 from polycube.errors import InputError, MeshingError, printable
+from polycube.io import manifest
+from polycube.io.preflight import preflight
+from polycube.pipeline.settings import Settings
+from polycube.report.numbers.formatting import cautions, sentences
 from polycube.types import Json
 
 logger = logging.getLogger(__name__)
@@ -52,10 +57,6 @@ def infer(
     KeyboardInterrupt
         If a signal came before there was a folder; later ones end in a report.
     """
-    from polycube.api import execute
-    from polycube.io.manifest import append_to
-    from polycube.pipeline.settings import Settings
-
     for name in ("quiet", "verbose"):
         if not isinstance(cfg[name], bool):
             raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
@@ -68,7 +69,7 @@ def infer(
             settings,
             folder,
             interrupt=interrupt,
-            started=lambda there: log_to(append_to(there, "run.log")),
+            started=lambda there: log_to(manifest.append_to(there, "run.log")),
             placed=placed,
         )
         _log_results(result.report, folder, cfg)
@@ -80,10 +81,6 @@ def check(cfg: Json) -> tuple[int, str]:
 
     Their places are only written if `preflight` is the name of a file.
     """
-    from polycube.io import manifest
-    from polycube.io.preflight import preflight
-    from polycube.pipeline.settings import Settings
-
     option = cfg["preflight"]
     if not isinstance(option, bool) and not str(option).lower().endswith(".vtp"):
         choices = "true, false or the name of a .vtp file"
@@ -180,8 +177,6 @@ _silently = partial(_attempt, level=logging.CRITICAL)
 
 def _log_results(report: Json, folder: Path, cfg: Json) -> None:
     """Print the mesh, the results of the analysis and their folder; warnings and suggestions."""
-    from polycube.report.numbers.formatting import cautions, sentences
-
     if "hex" in report:
         numbers = report["hex"]
         creases = numbers["creases_to_edges_p95"]

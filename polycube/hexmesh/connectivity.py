@@ -36,10 +36,10 @@ FACES = np.array(
 EDGES = np.reshape(
     [0, 1, 3, 2, 4, 5, 7, 6, 0, 3, 1, 2, 4, 7, 5, 6, 0, 4, 1, 5, 2, 6, 3, 7], (12, 2)
 )
-_GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
+GRID = np.stack(np.meshgrid(*[range(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)  # (27, 3)
 # the corners whose mean is each of the 27 points; the same point may have several numbers
-_PARENTS = [np.flatnonzero(((place == 1) | (2 * PLACES == place)).all(axis=1)) for place in _GRID]
-_CHILDREN = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) points of the corners of each child
+_PARENTS = [np.flatnonzero(((place == 1) | (2 * PLACES == place)).all(axis=1)) for place in GRID]
+CHILDREN = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) points of the corners of each child
 
 
 def hex_mesh(
@@ -77,6 +77,13 @@ def quad_sides(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """The hex of each boundary quad (Q,), and its number in FACES (Q,)."""
     faces = mesh.hexes[:, FACES].reshape(-1, 4)
     return np.divmod(label_of(mesh.quads, faces, np.arange(len(faces))), 6)
+
+
+def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
+    """(H, 6) value of the boundary quad (Q,) at each face of a hex; -1 inside."""
+    found = np.full((len(mesh.hexes), 6), -1, values.dtype)
+    found[quad_sides(mesh)] = values
+    return found
 
 
 def label_of(rows: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarray:
@@ -226,7 +233,7 @@ def split(mesh: HexMesh) -> HexMesh:
     return replace(
         mesh,
         vertices=np.vstack(vertices),
-        hexes=number[:, _CHILDREN].reshape(-1, 8),
+        hexes=number[:, CHILDREN].reshape(-1, 8),
         quads=children.reshape(-1, 4),
         patch=np.repeat(mesh.patch, 4),
         cell=np.repeat(mesh.cell, 8),

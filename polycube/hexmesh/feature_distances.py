@@ -67,8 +67,9 @@ def feature_distances(
     """
     goal = target(surface)
     creases, corners = goal.features.creases, goal.features.corners
-    edges = _tree(boundary_edges(mesh, goal))
-    vertices = _tree(goal.to_unit(mesh.vertices)[np.unique(mesh.quads)][:, None])
+    edges = closest.tree(boundary_edges(mesh, goal)[:, [0, 1, 1]])
+    outer = goal.to_unit(mesh.vertices)[np.unique(mesh.quads)]
+    vertices = closest.tree(np.repeat(outer[:, None], 3, axis=1))
     points, curves, faces = feature_sizes(goal)
     found = []
     for crease, size in zip(creases, curves, strict=True):
@@ -130,9 +131,3 @@ def _feature(
 ) -> Feature:
     distance = float(np.percentile(gaps, MOST)) if len(gaps) else 0.0
     return Feature(kind, shape, tuple(faces), tuple(place.tolist()), distance, size)
-
-
-def _tree(points: np.ndarray) -> closest.Tree:
-    """Box tree of segments (N, 2, 3) or points (N, 1, 3)."""
-    corners = points[:, [0, -1, -1]]
-    return closest.tree(corners, np.zeros((len(corners), 3)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import neighbours, quad_sides
+from polycube.hexmesh.connectivity import neighbours, on_faces, quad_sides
 from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
@@ -22,8 +22,7 @@ def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     beyond[first], beyond[second] = second, first
     owner, side = quad_sides(mesh)
     start = 6 * owner + side
-    quad = np.full(len(beyond), -1)
-    quad[start] = np.arange(len(start))
+    quad = on_faces(mesh, np.arange(len(start))).ravel()
     face, count, active = start ^ 1, np.ones(len(start), np.int64), np.arange(len(start))
     while len(active):
         active = active[beyond[face[active]] >= 0]

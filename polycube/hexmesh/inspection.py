@@ -67,6 +67,11 @@ class Inspection:
         """(N, 2) pairs of boundary quads that cross or touch each other."""
         return crossings(self.mesh)
 
+    @property
+    def is_sound(self) -> bool:
+        """Whether all scaled Jacobians are positive and the boundary does not cross itself."""
+        return self.scaled_jacobian > 0 and not len(self.crossings)
+
     @cached_property
     def crossing_at(self) -> np.ndarray:
         """(3,) centre of the first quad that crosses another; there must be one."""

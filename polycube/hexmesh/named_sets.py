@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import quad_sides
+from polycube.hexmesh.connectivity import on_faces
 from polycube.hexmesh.face_groups import ENDS, cad_ends_and_holes, ends_and_holes
 from polycube.names import plain, unique
 from polycube.types import HexMesh, Spline, TriMesh
@@ -52,11 +52,8 @@ def sets_of_spline(spline: Spline, mesh: HexMesh) -> dict[str, np.ndarray]:
 
 def quads_of_spline(spline: Spline, mesh: HexMesh) -> np.ndarray:
     """(S,) boundary quad of the mesh that belongs to each side of its spline."""
-    owner, side = quad_sides(mesh)
-    quad = np.full((len(mesh.hexes), 6), -1)
-    quad[owner, side] = np.arange(len(owner))
     element, face = spline.sides.T
-    return quad[spline.element_hex[element], face]
+    return on_faces(mesh, np.arange(len(mesh.quads)))[spline.element_hex[element], face]
 
 
 def cad_faces(mesh: HexMesh) -> np.ndarray:

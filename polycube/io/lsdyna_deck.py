@@ -4,8 +4,6 @@ Keywords and cards are those of the deck of the published rod, which was run wit
 The units are consistent: length unit of the part, kg, s; frequencies are in Hz.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from polycube.analysis.problem import material

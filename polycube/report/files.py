@@ -11,13 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from polycube.hexmesh.inspection import inspect
-from polycube.io import manifest
+from polycube.io import bezier, manifest, vtk
+from polycube.io.bext import write_bext
+from polycube.io.bext2 import write_bext2
+from polycube.io.lsdyna_deck import write_modal_deck
 from polycube.kinds import Export
 from polycube.pipeline.intake import write_repaired
 from polycube.pipeline.resume.results import stage_name
 from polycube.pipeline.settings import Settings
 from polycube.registry import provide
 from polycube.report.numbers import quality
+from polycube.spline.bezier import scaled_bounds
 from polycube.state import RunState
 from polycube.types import HexMesh, Polycube, Spline, TriMesh
 
@@ -108,7 +112,7 @@ def write_results(
     with manifest.writing(folder) as scratch:
         _write_state(scratch, state, settings)
         _write_json(scratch / "config.json", settings.composed)
-    if state.hexes is not None and _is_sound(state.hexes, state.surface):
+    if state.hexes is not None and inspect(state.hexes, state.surface).is_sound:
         with manifest.writing(folder) as scratch:
             context = state.polycube.context if state.polycube else ()
             named = replace(state.hexes, primitives=context)
@@ -125,21 +129,12 @@ def write_results(
 
 def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube | None) -> Path:
     """Write the hex mesh with measures, sets, primitives and distances from the surface."""
-    from polycube.io.vtk import write_hex_vtu
-
     context = polycube.context if polycube else ()
     off = {"off_surface": quality.off_surface(hexes, surface)}
-    return write_hex_vtu(path, hexes, context, off)
-
-
-def _is_sound(hexes: HexMesh, surface: TriMesh) -> bool:
-    found = inspect(hexes, surface)
-    return found.scaled_jacobian > 0 and not len(found.crossings)
+    return vtk.write_hex_vtu(path, hexes, context, off)
 
 
 def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
-    from polycube.io import vtk
-
     if state.polycube is not None:
         vtk.write_polycube_vtu(folder / "polycube.vtu", state.polycube)
     if state.labels is not None:
@@ -154,12 +149,6 @@ def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
 
 
 def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Settings) -> None:
-    from polycube.io import bezier
-    from polycube.io.bext import write_bext
-    from polycube.io.bext2 import write_bext2
-    from polycube.io.lsdyna_deck import write_modal_deck
-    from polycube.spline.bezier import scaled_bounds
-
     n_elements = len(spline.nodes)
     versions = settings.files.bext_versions(n_elements)
     if 1 in versions:

@@ -147,9 +147,8 @@ class History:
         if state.unfitted:
             verdict = replace(verdict, failures=(state.unfitted, *verdict.failures), warnings=())
         found, number = inspect(state.hexes, state.surface), len(self.outcomes)
-        is_sound = found.scaled_jacobian > 0 and not len(found.crossings)
         mean = float(scaled_jacobian(state.hexes.vertices, state.hexes.hexes).mean())
-        key, worst = (float(is_sound), *verdict.key, mean), found.scaled_jacobian
+        key, worst = (float(found.is_sound), *verdict.key, mean), found.scaled_jacobian
         outcome = Outcome(number, move, state, results, options, verdict, key, worst)
         self.outcomes.append(outcome)
         if self.leader is None or outcome.key > self.leader.key:

@@ -103,20 +103,23 @@ def collapse(polycube: Polycube) -> Polycube:
 def boundary(polycube: Polycube) -> Boundary:
     """Faces between solid and outside, sorted by axis label and then by box."""
     occupancy = polycube.occupancy
-    boxes = np.argwhere(occupancy)
-    padded = np.pad(occupancy, 1)
-    axes, exposed = [], []
-    for label in range(6):
-        exposed.append(np.flatnonzero(~padded[tuple((boxes + 1 + OUTWARD[label]).T)]))
-        axes.append(np.full(len(exposed[-1]), label))
-    axis, box = np.concatenate(axes), np.concatenate(exposed)
-    corners = boxes[box][:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
+    axis, place = exposed(occupancy)
+    box = (np.cumsum(occupancy) - 1).reshape(occupancy.shape)[tuple(place.T)]
+    corners = place[:, None] + CORNERS[axis]  # (Q, 4, 3) lattice indices
     shape = np.array(occupancy.shape) + 1
     used, quads = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
     index = np.unravel_index(used, shape)
     vertices = np.stack([knots[i] for knots, i in zip(polycube.knots, index, strict=True)], 1)
     quads = quads.reshape(-1, 4)
     return Boundary(vertices, quads, axis, _patches(quads, axis), box)
+
+
+def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
+    boxes, padded = np.argwhere(occupancy), np.pad(occupancy, 1)
+    is_free = [~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD]
+    axis, box = np.nonzero(is_free)
+    return axis, boxes[box]
 
 
 def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:

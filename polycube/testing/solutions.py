@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.registry import build
 from polycube.testing.solids import SIDES, claim, claim_array, solid
 from polycube.types import Deformation, HexMesh, Modes, Solution, Spline
 
@@ -36,8 +37,6 @@ def check_spline(plugin: Callable) -> None:
 
 def check_analysis(plugin: Callable) -> None:
     """A solution on the block: modes, or a deformation or potential in equilibrium."""
-    from polycube.registry import build
-
     part = solid(size=25.0)
     spline = build("spline", {"plugin": "h2s"})(part.surface, part.hexes)
     found = plugin(spline)

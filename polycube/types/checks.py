@@ -1,7 +1,5 @@
 """Checks of array shapes and types in the constructors of the data types."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields
 from numbers import Integral, Real

@@ -1,7 +1,5 @@
 """The spline functions of each element, from the matrix rows of its nodes."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -10,7 +10,8 @@ from polycube.numerics.factorization import factorize
 from polycube.structure.lattice import of_bricks
 from polycube.structure.rough_map import weights
 from polycube.surface import closest
-from polycube.surface.measures import face_normals
+from polycube.surface.frames import frames
+from polycube.surface.measures import diagonal, face_normals, genus
 from polycube.types import Candidate, PerAxis, RoughMap, TriMesh
 
 from ..slices.candidates import structure_key
@@ -35,9 +36,6 @@ class View(NamedTuple):
 
 def views(surface: TriMesh, limit: int) -> Iterator[View]:
     """The part in its frames, the best first."""
-    from polycube.surface.frames import frames
-    from polycube.surface.measures import diagonal, genus
-
     size, handles = diagonal(surface), genus(surface)
     for number, frame in enumerate(frames(surface, limit)):
         turned = TriMesh(surface.vertices @ frame.T / size, surface.faces, surface.region)

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.kinds import Structure
@@ -79,7 +80,6 @@ class Overlay(Structure):
 
         If no lattice has the correct topology, there is one substitute.
         """
-        from polycube.hexmesh.generation import sizing
         from polycube.surface.frames import frames
         from polycube.surface.measures import diagonal
 
@@ -145,7 +145,6 @@ class Overlay(Structure):
 
         size : size of the largest hexes into which they may be merged
         """
-        from polycube.hexmesh.generation import sizing
         from polycube.structure.lattice import genus, of_bricks
         from polycube.surface import measures
         from polycube.surface.voxels import inside

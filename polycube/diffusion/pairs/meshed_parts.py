@@ -16,9 +16,9 @@ from polycube.charts.harmonic import extend, mean_value
 from polycube.diffusion.encoding import learning_frame
 from polycube.diffusion.pairs.any_structure import Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
-from polycube.diffusion.pairs.tessellation import Tessellation, exposed
+from polycube.diffusion.pairs.tessellation import Tessellation
 from polycube.hexmesh.connectivity import quad_edges
-from polycube.structure.lattice import OUTWARD, boundary, collapse, genus
+from polycube.structure.lattice import OUTWARD, boundary, collapse, exposed, genus
 from polycube.structure.projection import project_onto
 from polycube.surface.measures import triangle_vectors
 from polycube.types import HexMesh, PerAxis, Polycube

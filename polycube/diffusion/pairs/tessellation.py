@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.structure.lattice import CORNERS, OUTWARD
+from polycube.structure.lattice import CORNERS, exposed
 from polycube.types import PerAxis
 
 TRIANGLES = 8000  # largest number; two pieces are always few enough
@@ -47,14 +47,6 @@ def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None)
     faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     labels = axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
     return Tessellation(vertices, quads, faces, *labels)
-
-
-def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
-    boxes, padded = np.argwhere(occupancy), np.pad(occupancy, 1)
-    is_free = [~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD]
-    axis, box = np.nonzero(is_free)
-    return axis, boxes[box]
 
 
 def cut(knots: np.ndarray, pieces: int) -> np.ndarray:

@@ -6,7 +6,6 @@ in each parameter.
 """
 
 from collections.abc import Callable
-from itertools import product
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -15,14 +14,13 @@ from polycube.fitting import energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.springs import NO_SPRINGS, Springs
 from polycube.hexmesh.certificate import certify
-from polycube.hexmesh.connectivity import PLACES
+from polycube.hexmesh.connectivity import CHILDREN, GRID, PLACES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
 DOUBTFUL = 0.5  # scaled Jacobian below which det J may be negative inside a hex
 CLEAR = 0.05  # det J, relative to its mean, above which a hex is not halved
-NODES = np.array(list(product((0, 0.5, 1), repeat=3)))  # (27, 3) parameters, zeta fastest
+NODES = GRID / 2  # (27, 3) parameters, zeta fastest
 WEIGHTS = np.where(PLACES, NODES[:, None], 1 - NODES[:, None]).prod(axis=2)  # (27, 8) of corners
-HALVES = (PLACES[:, None] + PLACES) @ [9, 3, 1]  # (8, 8) nodes at the corners of each half
 
 
 def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
@@ -46,7 +44,7 @@ def halved_energy(
     shape = 27 * len(some), len(x)
     row, column = np.repeat(np.arange(shape[0]), 8), np.repeat(hexes[some], 27, axis=0).ravel()
     nodes = csr_matrix((np.tile(WEIGHTS.ravel(), len(some)), (row, column)), shape=shape)
-    halves = (27 * np.arange(len(some))[:, None, None] + HALVES).reshape(-1, 8)
+    halves = (27 * np.arange(len(some))[:, None, None] + CHILDREN).reshape(-1, 8)
     half = np.repeat(lengths[some] / 2, 8, axis=0)
     free = terms._replace(floor=-np.inf)
 

@@ -101,6 +101,5 @@ def _distances(
     for number, corners in enumerate(pieces):
         own = kind == number
         if own.any():
-            tree = closest.tree(corners, np.zeros((len(corners), 3)))
-            result[own] = closest.distance(tree, points[own])
+            result[own] = closest.distance(closest.tree(corners), points[own])
     return result * samples.factor[which]

@@ -1,7 +1,5 @@
 """Read the vertices and faces of OFF files in text; colours, normals and edges are ignored."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The entities and strings of a STEP file, by the rules of ISO 10303-21."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from functools import lru_cache

@@ -20,6 +20,7 @@ N_WORST = 5  # number of the worst hexes by scaled Jacobian, and one by each oth
 # columns of the table of the worst hexes
 SHOWN = ("scaled_jacobian", "edge_ratio", "skew", "condition")
 BINS = 40
+SAMPLES = 40_000  # points of the surface whose distances from the mesh are measured
 WAYS = ("spline_to_surface", "surface_to_spline")
 # largest distance between spline and surface without a warning: of the diagonal, for 99 % of the
 # points in both directions
@@ -39,7 +40,7 @@ def measured(mesh: HexMesh) -> dict[str, np.ndarray]:
 def short(mesh: HexMesh, surface: TriMesh) -> dict[str, object]:
     """The main numbers, as fractions of the diagonal of the bounding box of the surface."""
     jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
-    deviation = quality.deviation(mesh, surface, samples=40_000)
+    deviation = quality.deviation(mesh, surface, SAMPLES)
     worst_hex = int(jacobian.argmin())
     return {
         "hexes": len(mesh.hexes),
@@ -158,20 +159,14 @@ def off_surface(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 @lru_cache(maxsize=2)
 def quad_deviation(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(Q,) largest distance of 13 points of each boundary quad from the surface, model units."""
-    goal = target(surface)
-    corners = goal.to_unit(mesh.vertices)[mesh.quads]
-    points = np.einsum("sk,qkd->qsd", quality.SHARES, corners)
-    away = closest.distance(goal.tree, points.reshape(-1, 3))
-    return goal.scale * away.reshape(len(mesh.quads), -1).max(axis=1)
+    away = quality.boundary_samples(mesh, surface).distance
+    return target(surface).scale * away.reshape(len(mesh.quads), -1).max(axis=1)
 
 
 def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(3,) point of the surface, a vertex or a sample, with the largest distance from the mesh."""
-    goal = target(surface)
-    faces = quality.triangles(goal.to_unit(mesh.vertices), mesh.quads)
-    points = np.concatenate([goal.samples(40_000)[0], goal.surface.vertices])
-    away = closest.distance(closest.tree(faces, np.zeros((len(faces), 3))), points)
-    return goal.to_model(points[away.argmax()])
+    found = quality.surface_samples(mesh, surface, SAMPLES)
+    return target(surface).to_model(found.points[found.distance.argmax()])
 
 
 def certificate(mesh: HexMesh) -> dict[str, object]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from polycube.hexmesh.connectivity import FACES, neighbours, quad_sides
+from polycube.hexmesh.connectivity import FACES, neighbours, on_faces, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.quality import quad_deviation
 from polycube.report.numbers.verdict import UNKNOWN
@@ -179,13 +179,6 @@ def _named_colours(mesh: HexMesh) -> dict[str, str]:
     found: dict[str, str] = {}
     for name, colour in features.set_colours(mesh).items():
         found.setdefault(colour, name)
-    return found
-
-
-def on_faces(mesh: HexMesh, values: np.ndarray) -> np.ndarray:
-    """(H, 6) value of the boundary quad (Q,) at each face of a hex; -1 inside."""
-    found = np.full((len(mesh.hexes), 6), -1, values.dtype)
-    found[quad_sides(mesh)] = values
     return found
 
 
