@@ -126,7 +126,8 @@ class Desk:
         except PolycubeError as error:
             self._about.set_text(str(error))
             return
-        self._about.set_text(f"{self._view.count} faces, lengths in {surface.unit or 'no unit'}")
+        unit = surface.unit or "mm, because the file states no unit"
+        self._about.set_text(f"faces: {self._view.count}, lengths in {unit}")
         self._changed()
 
     def _set(self, how: Callable[..., None], *fields: Any) -> None:

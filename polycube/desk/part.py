@@ -17,6 +17,7 @@ from polycube.io.surfaces import read_surface
 from polycube.types import TriMesh
 
 ADDRESS = "/faces"
+WHOLE = "surface"  # of a part without CAD faces, which cannot be selected
 ENDS = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
 EXTENT = 10.0  # of the part in the view
 SEGMENTS = 24  # triangle edges on a full turn: enough to see
@@ -37,7 +38,7 @@ def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], TriMesh]:
     region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
     found = {}
     for number in np.unique(region).tolist():
-        name = face_set(surface, number) if len(surface.region) else "surface"
+        name = face_set(surface, number) if len(surface.region) else WHOLE
         used, faces = np.unique(surface.faces[region == number], return_inverse=True)
         found[name] = write_stl(folder / f"{number}.stl", scaled[used], faces.reshape(-1, 3))
     return found, surface
@@ -80,7 +81,7 @@ class PartView:
                 for name, file in faces.items()
             }
         self._scene.move_camera(x=0.6 * EXTENT, y=-0.6 * EXTENT, z=0.5 * EXTENT)
-        self._list.set_options([*faces, *ENDS], value=[])
+        self._list.set_options([*(name for name in faces if name != WHOLE), *ENDS], value=[])
         return surface
 
     def paint(self, colours: Mapping[str, str]) -> None:
@@ -90,7 +91,7 @@ class PartView:
 
     def _clicked(self, event: Any) -> None:
         name = next((hit.object_name for hit in event.hits if hit.object_name), None)
-        if name in self._objects:
+        if name in self._list.options:
             chosen = self.selected
             self._list.set_value(
                 [n for n in chosen if n != name] if name in chosen else [*chosen, name]

@@ -84,7 +84,7 @@ def test_from_a_step_file_to_a_deck(address, tmp_path) -> None:
         page.size(1280, 1000)
         page.send("Page.navigate", url=address)
         page.wait("document.querySelector('canvas') !== null")
-        says(page, "11 faces, lengths in mm")
+        says(page, "faces: 11, lengths in mm")
         page.run("new Promise((d) => setTimeout(d, 2000))")  # until the faces are drawn
         page.click("canvas", 30, 40)
         says(page, "cad_face_9")  # the upper side of the plate
