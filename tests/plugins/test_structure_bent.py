@@ -115,6 +115,17 @@ def test_a_bent_cad_part_is_on_its_curves(name, holes, most, tmp_path):
     assert len(mesh.hexes) < most
 
 
+def test_a_bar_that_is_twisted_about_its_own_axis_is_refused():
+    part = bent(SQUARE, [(0, 8, 90)])
+    shares = np.linspace(0, 1, len(part.vertices) // 4)
+    rings = [
+        Rotation.from_rotvec([0, 0, 2 * share]).apply(np.insert(SQUARE, 2, 9 * share, axis=1))
+        for share in shares
+    ]
+    with pytest.raises(NoBackgroundError, match="its section is not constant"):
+        path(replace(part, vertices=np.concatenate(rings)))
+
+
 def test_other_parts_are_refused_with_the_reason(caplog):
     with pytest.raises(NoBackgroundError, match="it has no CAD faces"):
         path(box((0, 0, 0), (1, 1, 1)))

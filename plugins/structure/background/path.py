@@ -148,8 +148,9 @@ def _motions(
     else:
         forward = float(step @ normal)
         yield Motion(normal, centre, step / length, 0.0, forward, forward, normal)
-    if (found := screw(surface, wall)) is not None:
-        yield turn(*ends, *found)
+    found = screw(surface, wall)
+    if found is not None and np.linalg.norm(np.cross(centre - found[1], found[0])) > 0.1 * extent:
+        yield turn(*ends, *found)  # not a bar that is twisted about its own axis
 
 
 def _path(
