@@ -13,7 +13,7 @@ class Job:
 
     Parameters
     ----------
-    part : file of the part, relative to the folder of the desk
+    part : name of its file in the folder of the desk
     size : `meshing.size`; the default of the program if empty
     effort : first, normal or thorough
     analysis : modal or static, or none: stop after the mesh

@@ -11,7 +11,7 @@ from nicegui import ui
 from polycube.analysis.problem import MATERIALS
 from polycube.desk.job import Job
 from polycube.desk.part import PartView
-from polycube.desk.process import RESULTS, Process
+from polycube.desk.process import Process
 from polycube.desk.results import ResultsView
 from polycube.errors import PolycubeError
 from polycube.io.surfaces import KNOWN
@@ -66,9 +66,8 @@ class Desk:
         self._ready()
 
     def _part(self) -> None:
-        files = [p for p in self.folder.rglob("*") if p.suffix.lower() in KNOWN and p.is_file()]
-        own = self.folder / RESULTS
-        parts = sorted(p.relative_to(self.folder).as_posix() for p in files if own not in p.parents)
+        files = (path for path in self.folder.iterdir() if path.is_file())
+        parts = sorted(path.name for path in files if path.suffix.lower() in KNOWN)
         given = self.job.part or None
         choice = ui.select(parts, value=given, label="Part").classes("w-full")
         choice.on_value_change(lambda event: self._open(str(event.value)))
