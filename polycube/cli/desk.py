@@ -1,6 +1,7 @@
 """Open a local page at which a person sets up, starts and compares runs."""
 
 import secrets
+import socket
 import sys
 import webbrowser
 from argparse import ArgumentParser
@@ -22,7 +23,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "part", nargs="?", type=Path, default=Path(), help="a part, or a folder with parts"
     )
-    parser.add_argument("--port", type=int, default=8080, help="port of the page (default: 8080)")
+    parser.add_argument(
+        "--port", type=int, default=0, help="port of the page (default: a free one)"
+    )
     parser.add_argument("--no-browser", action="store_true", help="do not open the page")
     given = parser.parse_args(arguments)
     with refusing():
@@ -30,7 +33,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise InputError("NiceGUI is not installed", "", "pip install 'polycube[desk]'")
         if not given.part.exists():
             raise InputError("there is no such file or folder", str(given.part))
-    serve(given.part.resolve(), given.port, not given.no_browser)
+        port = free_port(given.port)
+    serve(given.part.resolve(), port, not given.no_browser)
+
+
+def free_port(wanted: int) -> int:
+    """A port that can be used: the wanted one, or any for 0; raises InputError."""
+    with socket.socket() as one:
+        try:
+            one.bind((HOST, wanted))
+        except (OSError, OverflowError) as error:
+            remedy = "name another port, or none"
+            raise InputError(f"it cannot be used: {error}", f"--port {wanted}", remedy) from None
+        return int(one.getsockname()[1])
 
 
 def serve(part: Path, port: int, opens: bool) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from polycube.hexmesh.face_groups import ENDS
 from polycube.hexmesh.named_sets import face_set
 from polycube.io.cad import Cad
 from polycube.io.stl import write_stl
@@ -18,9 +19,9 @@ from polycube.types import TriMesh
 
 ADDRESS = "/faces"
 WHOLE = "surface"  # of a part without CAD faces, which cannot be selected
-ENDS = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
 EXTENT = 10.0  # of the part in the view
 SEGMENTS = 24  # triangle edges on a full turn: enough to see
+STILL = 0.01 * EXTENT  # distance that a point under the mouse may move between press and release
 GREY = "#b0bec5"
 
 
@@ -55,7 +56,10 @@ class PartView:
     def __init__(self, on_change: Callable[[list[str]], None]) -> None:
         self._objects: dict[str, Any] = {}
         self._on_change = on_change
-        self._scene = ui.scene(grid=False, on_click=self._clicked).classes("w-full h-96 border")
+        self._pressed: Any = None  # what was under the mouse when its button was pressed
+        events = ["mousedown", "click"]
+        self._scene = ui.scene(grid=False, on_click=self._clicked, click_events=events)
+        self._scene.classes("w-full h-96 border")
         self._scene.props('aria-label="The part; its faces are also in the list below"')
         self._list = ui.select([], multiple=True, label="Selected faces", value=[])
         self._list.classes("w-full").on_value_change(lambda _: self._on_change(self.selected))
@@ -90,9 +94,19 @@ class PartView:
             shown.material(colours.get(name, GREY))
 
     def _clicked(self, event: Any) -> None:
-        name = next((hit.object_name for hit in event.hits if hit.object_name), None)
-        if name in self._list.options:
+        hit = next((hit for hit in event.hits if hit.object_name), None)
+        before = self._pressed
+        if event.click_type == "mousedown":
+            self._pressed = hit
+        elif hit is None or before is None or _apart(hit, before) > STILL:
+            return  # beside the part, or the view was turned
+        elif (name := hit.object_name) in self._list.options:
             chosen = self.selected
             self._list.set_value(
                 [n for n in chosen if n != name] if name in chosen else [*chosen, name]
             )
+
+
+def _apart(one: Any, two: Any) -> float:
+    """Distance of two places of the part."""
+    return float(np.linalg.norm([one.x - two.x, one.y - two.y, one.z - two.z]))

@@ -1,7 +1,6 @@
 """A run of `infer.py` in a process of its own, and the results of earlier ones."""
 
 import asyncio
-import json
 import signal
 import sys
 import time
@@ -11,6 +10,8 @@ from typing import NamedTuple
 
 from polycube.cli.batch import part_name
 from polycube.desk.job import Job
+from polycube.errors import InputError
+from polycube.io.access.stored import read_json
 
 PROGRAM = "from polycube.cli import infer_command; infer_command()"
 RESULTS = "outputs"
@@ -79,7 +80,10 @@ def earlier(folder: Path) -> list[Earlier]:
     """The runs with a report in the folder of a desk, the last one first."""
     found = []
     for page in (folder / RESULTS).glob("*/*/report.html"):
-        numbers = json.loads((page.parent / "report.json").read_text())
+        try:
+            numbers = read_json(page.parent / "report.json")
+        except InputError:  # it was changed or removed
+            continue
         hexes = numbers.get("hex", {})
         verdict = "valid" if numbers["valid"] else "not valid"
         name = page.parent.relative_to(folder / RESULTS).as_posix()

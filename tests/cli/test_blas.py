@@ -31,7 +31,7 @@ def threads(imports: str, **settings: str) -> int:
 def test_the_commands_start_no_threads_for_dense_products():
     default = threads("numpy, scipy.linalg")
     if default == 1:
-        pytest.skip("they have one thread here anyhow")
+        pytest.skip("this machine has one core, so every program has one thread")
     assert threads("polycube.cli, numpy, scipy.linalg") == 1
     given = {"OPENBLAS_NUM_THREADS": str(os.cpu_count())}
     assert threads("polycube.cli, numpy, scipy.linalg", **given) == default

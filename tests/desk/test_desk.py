@@ -76,7 +76,7 @@ def says(page: Page, text: str) -> None:
     page.wait(f"document.body.innerText.includes({json.dumps(text)})")
 
 
-@pytest.mark.skipif(found() is None, reason="no Chromium")
+@pytest.mark.skipif(found() is None, reason="Chromium is not installed")
 def test_from_a_step_file_to_a_deck(address, tmp_path) -> None:
     program = found()
     assert program is not None
@@ -88,6 +88,7 @@ def test_from_a_step_file_to_a_deck(address, tmp_path) -> None:
         page.run("new Promise((d) => setTimeout(d, 2000))")  # until the faces are drawn
         page.click("canvas", 30, 40)
         says(page, "cad_face_9")  # the upper side of the plate
+        assert "cad_face_9" in page.run(f"{LABEL % json.dumps('Selected faces')}.innerText")
         press(page, "Hold")
         says(page, "cad_face_9: held")
         page.click("canvas", 30, 40)  # no longer selected

@@ -28,6 +28,9 @@ def test_without_results_there_are_no_runs(tmp_path) -> None:
 
 
 def test_the_last_run_is_listed_first(tmp_path) -> None:
+    damaged = tmp_path / "outputs" / "c" / "2026-01-04-00-00-00"
+    damaged.mkdir(parents=True)
+    (damaged / "report.html").touch()
     for name, valid in (("a/2026-01-02-00-00-00", True), ("b/2026-01-03-00-00-00", False)):
         folder = tmp_path / "outputs" / name
         folder.mkdir(parents=True)
