@@ -92,30 +92,32 @@ def overlapping_boxes(
     pairs = np.empty((len(faces), 2), np.int64)
     count = compared = 0
     stack = np.zeros(128, np.int64)
-    for i in range(len(faces)):
+    for place in range(len(faces)):  # each pair once: with the later ones in the tree
+        i = tree.order[place]
         own = boxes[i]
         stack[0], top = 0, 1
         while top > 0:
             top -= 1
             node = stack[top]
-            if not _overlap(own, tree.box[node], 6):
+            if tree.last[node] <= place + 1 or not _overlap(own, tree.box[node], 6):
                 continue
             if tree.right[node] > 0:
                 stack[top], stack[top + 1] = tree.right[node], node + 1
                 top += 2
                 continue
-            compared += tree.last[node] - tree.first[node]
+            start = max(tree.first[node], place + 1)
+            compared += tree.last[node] - start
             if compared + FOUND * count > most:
                 raise OverflowError
-            for k in range(tree.first[node], tree.last[node]):
+            for k in range(start, tree.last[node]):
                 j = tree.order[k]
-                if j <= i or not _overlap(own, boxes[j], 3) or _common(faces, i, j) > shared:
+                if not _overlap(own, boxes[j], 3) or _common(faces, i, j) > shared:
                     continue
                 if crossing and not (_pierces(tree.corners, i, j) or _pierces(tree.corners, j, i)):
                     continue
                 if count == len(pairs):
                     pairs = np.concatenate((pairs, np.empty_like(pairs)))
-                pairs[count] = i, j
+                pairs[count] = min(i, j), max(i, j)
                 count += 1
     return pairs[:count]
 
