@@ -13,7 +13,7 @@ from polycube.surface.measures import curved_faces, diagonal, half_edges, place,
 from polycube.types import TriMesh
 
 from .holes import Pairs
-from .upright import Upright, upright
+from .upright import Upright, leaning_share, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
 OBLIQUE = 5e-3  # tangent: tolerance for curves on walls along the axis or across it
 PLANE = 0.01  # share of the area that a nearly plane face may lose in its mean direction
+MOST = 0.5  # largest share of the area that leans, if it leans less for another axis
 AXES = 6  # number of directions tried, those of the largest planes
 
 
@@ -35,8 +36,8 @@ def stack(
     Its faces are perpendicular to an axis (caps) and along it (walls). Lines are borders of caps,
     levels are the heights of caps and of curves on walls, and marks are curves between two walls.
     If CAD faces lean for every axis, they are set upright or flat in the surface, and round holes
-    across the axis are made square. Parts of planes only are not changed, because polycubes of
-    such parts have fewer hexes.
+    across the axis are made square, unless most of the area leans. Parts of planes only are not
+    changed, because polycubes of such parts have fewer hexes.
 
     Parameters
     ----------
@@ -56,6 +57,8 @@ def stack(
     reasons = []
     for may_lean in (False, True)[: 1 + has_round_face]:
         found = []
+        if may_lean:
+            axes = [axis for axis in axes if leaning_share(surface, axis) < MOST] or axes[:1]
         for axis in axes:
             try:
                 part = upright(surface, pairs, axis, near, sizes, is_free) if may_lean else None

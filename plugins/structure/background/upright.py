@@ -84,10 +84,7 @@ def upright(
     rows = frame(axis)
     at = surface.vertices @ rows.T
     before = at.copy()
-    area = face_areas(surface)
-    total = np.maximum(np.bincount(surface.region, area), 1e-300)
-    lean = np.bincount(surface.region, area * abs(face_normals(surface) @ axis)) / total
-    is_wall, is_cap = lean < WALL, lean > CAP
+    is_wall, is_cap, total = _walls_and_caps(surface, axis)
     is_changed = ~(is_wall | is_cap)[surface.region]
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
@@ -165,6 +162,22 @@ def upright(
     further = np.concatenate(levels), np.concatenate(fine)
     split_off = np.array(split, np.int64).reshape(-1, 2)
     return Upright(part, axis, on_cap, is_changed, is_over, *further, split_off)
+
+
+def leaning_share(surface: TriMesh, axis: np.ndarray) -> float:
+    """Share of the area in CAD faces that are neither along an axis nor perpendicular to it."""
+    is_wall, is_cap, total = _walls_and_caps(surface, axis)
+    return float(total[~(is_wall | is_cap)].sum() / total.sum())
+
+
+def _walls_and_caps(
+    surface: TriMesh, axis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(R,) which CAD faces are along an axis, which are perpendicular to it, and their areas."""
+    area = face_areas(surface)
+    total = np.maximum(np.bincount(surface.region, area), 1e-300)
+    lean = np.bincount(surface.region, area * abs(face_normals(surface) @ axis)) / total
+    return lean < WALL, lean > CAP, total
 
 
 def _set_flat(
