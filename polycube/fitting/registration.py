@@ -5,7 +5,8 @@ Rounds of descent of
     sum_frames f(J)  +  sum_v w/h^2 [(n . r)^2 + slack |r|^2]  +  the same from points of the
     surface
 
-where r is the vector from a boundary vertex to its closest point with a compatible normal. The
+where r is the vector from a boundary vertex to its closest point with a compatible normal; vertices
+on matched curves, whose mean normal fits none of their faces, have springs to the curves only. The
 weight w grows, the slack and the weight alpha of the normals decrease; the springs are released
 around bad hexes.
 
@@ -71,13 +72,15 @@ def register_mesh(
     problem = FitProblem(mesh, target, samples)
     x = target.to_unit(mesh.vertices)
     matching = match(problem, x) if features else no_features()
+    is_matched = np.zeros(len(x), bool)
+    is_matched[np.append(matching.curve, matching.corner)] = True
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, rounds):
         turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
         foot, facing = problem.feet(x, normals, turn)
         strength = pulling * trust / problem.size(x) ** 2
-        on = strength[problem.outer]
+        on = np.where(is_matched, 0.0, strength)[problem.outer]
         springs = [
             pull(problem.outer, foot, facing, on, loose * on),
             *along_curves(x, matching, strength),
