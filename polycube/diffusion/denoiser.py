@@ -155,7 +155,13 @@ class Denoiser(nn.Module):
 
     def vectors(self, values: Sequence[Any]) -> Tensor:
         """(B, K) vectors of values; raises LookupError for an unknown primitive."""
-        return torch.from_numpy(np.stack([self.condition.vector(value) for value in values]))
+        own = np.stack([self.condition.vector(value) for value in values])
+        return torch.from_numpy(own).to(self.device)
+
+    @property
+    def device(self) -> torch.device:
+        """Where the network is, and where it computes."""
+        return next(self.parameters(), torch.empty(0)).device
 
     @_reproducible()
     def denoise(
@@ -186,17 +192,18 @@ class Denoiser(nn.Module):
         labels: tuple[Tensor, ...] = ()
         if self.classes and label_time < 1:
             t = round(label_time * self.process.steps)
-            z = torch.randn(x_0.shape, generator=draw)
-            q, step = self.process.adjustment(geometry[:, :3]), torch.full((len(x_0),), t)
+            z = torch.randn(x_0.shape, generator=draw).to(x_0)
+            q = self.process.adjustment(geometry[:, :3])
+            step = torch.full((len(x_0),), t, device=self.device)
             x_t = self.process.forward(x_0, z, q, step)
             labels = self.log_labels(self(x_t, geometry, step, context))
         elif self.classes:
             labels = self.log_labels(start)
         origin = self.condition.origin
         return Denoised(
-            to_points(x_0.numpy(), at) + origin,
-            np.stack([to_points(s.numpy(), at) for s in states]) + origin,
-            tuple(to_points(log_p.numpy(), at) for log_p in labels),
+            to_points(x_0.numpy(force=True), at) + origin,
+            np.stack([to_points(s.numpy(force=True), at) for s in states]) + origin,
+            tuple(to_points(log_p.numpy(force=True), at) for log_p in labels),
         )
 
     @_reproducible()
@@ -211,7 +218,8 @@ class Denoiser(nn.Module):
         """
         self.eval()
         geometry = self._images(points, normals, by_x(points))
-        return self.classifier.log_likelihood(geometry, self.classes_of(contexts)).numpy()
+        log_p = self.classifier.log_likelihood(geometry, self.classes_of(contexts))
+        return log_p.numpy(force=True)
 
     @_reproducible()
     def log_cells(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -224,15 +232,18 @@ class Denoiser(nn.Module):
         self.eval()
         geometry = self._images(points, normals, by_x(points))
         batches = [self.classifier.log_cells(images) for images in geometry.split(CLASSIFIER_BATCH)]
-        log_p, log_aligned = (torch.cat(each).numpy() for each in zip(*batches, strict=True))
+        log_p, log_aligned = (
+            torch.cat(each).numpy(force=True) for each in zip(*batches, strict=True)
+        )
         return log_p, log_aligned
 
     def classes_of(self, contexts: Sequence[Context]) -> Tensor:
         """(C, n_cells) int64 number of the primitive of each cell; the last number is empty."""
         number = {name: i for i, name in enumerate((*self.condition.primitives, None))}
-        return torch.tensor([[number[name] for name in context] for context in contexts])
+        rows = [[number[name] for name in context] for context in contexts]
+        return torch.tensor(rows, device=self.device)
 
     def _images(self, points: np.ndarray, normals: np.ndarray, at: np.ndarray) -> Tensor:
         """(B, 6, h, w) images of points and normals."""
         both = [to_pixels(rows, at, self.condition.image) for rows in (points, normals)]
-        return torch.from_numpy(np.concatenate(both, axis=1))
+        return torch.from_numpy(np.concatenate(both, axis=1)).to(self.device)

@@ -102,7 +102,7 @@ def load_denoiser(
     """Trained denoiser from a safetensors file or its folder; without one, that of a grid.
 
     A checkpoint of a training (.ckpt), with its averaged weights, and the folder of a training are
-    accepted as well.
+    accepted as well. It computes on a GPU if there is one.
     """
     path = Path(path or shipped(grid))
     path = path / "weights" if (path / "weights").is_dir() else path
@@ -127,7 +127,7 @@ def load_denoiser(
         denoiser.load_state_dict(tensors)
     except Exception as error:  # each library has different errors for damaged files
         raise _unfit(path, error) from error
-    return denoiser.eval()
+    return denoiser.eval().to("cuda" if torch.cuda.is_available() else "cpu")
 
 
 def begin_from(denoiser: Denoiser, trained: Denoiser) -> int:
