@@ -56,6 +56,7 @@ def test_what_is_not_asked_for_is_none_and_files_are_kept_on_request(tmp_path):
     assert after > before - 0.05
 
 
+@pytest.mark.slow
 def test_the_mesh_is_saved_by_its_suffix(tmp_path):
     part = polycube.mesh(SIDES, order=["meshing"], **FAST)
     assert part.save(tmp_path / "part.inp") == tmp_path / "part.inp"

@@ -168,6 +168,7 @@ def test_rod_has_the_published_modes_with_the_solver_s_settings(rod, testdata):
     assert modes.mass == pytest.approx(193.642, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_rod_modes_with_consistent_mass(rod):
     expected = [0.21190, 0.26165, 0.81966, 0.84272, 0.93361, 1.77123, 2.17870, 2.22009]
     modes = free_modes(rod, Material(50, 0.3, 1), 14, "m")

@@ -121,6 +121,7 @@ def errors(spline):
     return np.sqrt(square)
 
 
+@pytest.mark.slow
 def test_rates_of_a_manufactured_solution():
     coarse, fine = (errors(cube(n)) for n in (4, 8))
     assert np.log2(coarse / fine) == pytest.approx([4.0, 3.0], abs=0.3)

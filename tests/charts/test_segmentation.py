@@ -39,6 +39,7 @@ def test_description_of_a_patch():
     assert found.describe(patch).startswith(f"polycube face {patch} (+x, cell (")
 
 
+@pytest.mark.slow
 def test_a_polycube_of_another_genus_is_refused_by_the_name_of_a_face():
     surface, _, labels, places = given(("cube", "cube"))
     holed = collapse(lattice(TWO, ("cube", "hole_z"), PRIMITIVES))

@@ -223,6 +223,7 @@ def test_command_line_exit_codes(tmp_path):
     assert tree(tmp_path) == set()
 
 
+@pytest.mark.slow
 def test_a_context_is_the_only_one_that_is_ranked(tmp_path):
     report = run(
         "mesh=example:rod",

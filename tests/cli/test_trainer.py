@@ -90,6 +90,7 @@ class Returned(Callback):
         self.values.append(job_return.return_value)
 
 
+@pytest.mark.slow
 def test_sweepers_receive_the_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(

@@ -98,6 +98,7 @@ def test_invalid_input_is_refused():
         partly_fitted(mirrored, mesh.vertices)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_a_layer_is_sound_and_changes_no_topology(seed):

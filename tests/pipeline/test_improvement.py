@@ -32,6 +32,7 @@ def crooked(tmp_path_factory):
     return path, float(scaled_jacobian(mesh.vertices, mesh.hexes).min())
 
 
+@pytest.mark.slow
 def test_a_crooked_box_becomes_a_straight_one_in_its_place(crooked, tmp_path):
     path, before = crooked
     report = run(f"hex={path}", f"output_dir={tmp_path}", *FAST)

@@ -26,6 +26,7 @@ def test_none_leaves_a_part_of_the_run_out_and_all_that_needs_it(overrides, orde
     assert Settings.of(compose("infer", ["mesh=part.step", *overrides])).order == order
 
 
+@pytest.mark.slow
 def test_a_mesh_without_spline_and_analysis(tmp_path) -> None:
     fast = {"size": "20%", "structure": "slices", "spline": "none", "analysis": "none"}
     made = polycube.mesh(box(), **fast)

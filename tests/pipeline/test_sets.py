@@ -52,6 +52,7 @@ def test_the_sets_of_the_files_are_those_of_the_analysis(block, tmp_path):
     assert sum(float(row.split(", ")[2]) for row in forces) == pytest.approx(found["load"][0])
 
 
+@pytest.mark.slow
 def test_a_deck_is_written_without_solving_and_its_places_are_refused_in_time(
     block, tmp_path, capsys
 ):
@@ -69,6 +70,7 @@ def test_a_deck_is_written_without_solving_and_its_places_are_refused_in_time(
     assert _command(config(*bad, "export.abaqus.step=false")) == 0
 
 
+@pytest.mark.slow
 def test_hexes_of_20_nodes_lie_on_the_spline_of_the_run(block, tmp_path):
     order, element = "order=[meshing,spline]", "export.abaqus.element=C3D20"
     assert run(*resumed(block, tmp_path, order, "export=[abaqus,jaxiga]", element))["valid"]

@@ -12,6 +12,7 @@ from tests.conftest import first_quick
 from tests.fixtures.polycubes import PRIMITIVES, TWO, part
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plugin", ["nearest", "drawn"])
 @pytest.mark.parametrize("context", [("cube", "cube"), ("hole_y", "hole_x")])
 def test_a_polycube_is_labelled_with_its_own_faces(context, plugin):

@@ -80,6 +80,7 @@ def test_hexes_fill_a_bent_bar(scale):
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.9
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=10)
 @given(st.floats(4, 9), st.floats(90, 1500), st.sampled_from([-1, 1]), st.floats(3, 9))
 def test_hexes_fill_a_spring(radius, angle, hand, pitch):

@@ -52,6 +52,7 @@ def test_the_paper_is_that_of_the_citation_file() -> None:
     assert " and ".join(names) in entry
 
 
+@pytest.mark.slow
 def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     always = ["polycube", "yu2025ddpm"]
     mesh = ["garanzha2021foldover", "mitchell1995pillowing", "hu2020wild"]

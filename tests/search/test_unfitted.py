@@ -94,6 +94,7 @@ def test_a_partly_fitted_mesh_takes_the_place_of_a_folded_one_and_says_why(ring)
     assert not [move for move in possible(found) if isinstance(move, FitPartly)]
 
 
+@pytest.mark.slow
 def test_one_that_lies_on_the_surface_in_the_end_is_as_any_other():
     names = {"meshing/smooth": "register", "meshing/optimize": "polish"}
     stages = [Stage(kind, build(kind, {"plugin": name})) for kind, name in names.items()]

@@ -31,6 +31,7 @@ def test_a_pair_depends_on_seed_and_number_only(pairs: Pairs, primitives: dict) 
     assert not np.array_equal(pairs(31).geometry, pairs(31 + 24).geometry)
 
 
+@pytest.mark.slow
 @settings(derandomize=True, max_examples=24, deadline=None)
 @given(index=st.integers(0, 10**9))
 def test_geometry_fills_the_frame_and_polycube_lies_on_its_boundary(

@@ -118,6 +118,7 @@ def test_a_network_with_perfect_outputs_has_no_errors(measured: Callable, right:
     assert found["seconds"] > 0 and found["samples_per_second"] > 0
 
 
+@pytest.mark.slow
 def test_a_shift_is_measured_in_cells(measured: Callable, right: Tensor) -> None:
     """0.1 cell along x, by a network without labels."""
     shift = torch.tensor([0.1, 0, 0])[:, None, None]
@@ -130,6 +131,7 @@ def test_a_shift_is_measured_in_cells(measured: Callable, right: Tensor) -> None
     assert not [name for name in found if name.startswith(("labelled", "context", "turned"))]
 
 
+@pytest.mark.slow
 def test_untouched_is_the_distance_of_the_geometry(measured: Callable, right: Tensor) -> None:
     made, columns = measured(right)
     apart = [np.linalg.norm(pair.geometry - pair.polycube, axis=1).mean() for pair in made]

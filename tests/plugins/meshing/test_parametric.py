@@ -45,6 +45,7 @@ def test_order_is_a_chain_and_portfolio_names_its_options():
             stage(kind.removeprefix("meshing/"), **options)
 
 
+@pytest.mark.slow
 def test_from_labels_to_an_accepted_mesh(torus):
     surface, polycube, places, rough_map = torus
     labels = stage("segment")(surface, polycube, places)

@@ -51,6 +51,7 @@ def test_modes_swing_about_the_body_at_rest(drawn) -> None:
     assert np.array_equal(frames[3], frames[5])
 
 
+@pytest.mark.slow
 def test_hues_of_the_axes_are_seen(run) -> None:
     """From the eye +x, -y and +z faces are seen: red, pale green and blue."""
     pytest.importorskip("pyvista")
