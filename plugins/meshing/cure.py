@@ -19,6 +19,8 @@ class Sheets:
     Parameters
     ----------
     aim : scaled Jacobian below which a hex is poor; 0: no hex is improved
+    further : scaled Jacobian below which hexes are improved afterwards, as far as a quarter of the
+        permitted work allows
     envelope : permitted distance from the surface of the boundary near poor hexes, as a fraction of
         the diagonal, if that improves them and no feature is lost; 0: none
     features : exact, soft, off or auto
@@ -27,6 +29,7 @@ class Sheets:
     references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing", "hu2020wild")
 
     aim: float = 0.35
+    further: float = 0.5
     envelope: float = 0.002
     features: str = setting("meshing.features", MeshingSettings.features)
 
@@ -34,8 +37,9 @@ class Sheets:
         from polycube.hexmesh.feature_distances import TOLERANCE
 
         check_features(self.features)
-        if not 0 <= self.aim <= 1:
-            raise ValueError(f"aim must be from 0 to 1; got {self.aim}")
+        for name in ("aim", "further"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} must be from 0 to 1; got {getattr(self, name)}")
         if not 0 <= self.envelope <= TOLERANCE:
             raise ValueError(f"envelope must be from 0 to {TOLERANCE}; got {self.envelope}")
 
@@ -49,4 +53,4 @@ class Sheets:
             return hexes
         if len(crossings(hexes)) >= MOST_CROSSINGS:
             return hexes
-        return cure(hexes, target(surface), self.aim, self.envelope)
+        return cure(hexes, target(surface), self.aim, self.envelope, self.further)

@@ -14,7 +14,7 @@ class Goal:
     Parameters
     ----------
     scaled_jacobian : smallest scaled Jacobian that meets the goal if all features of a CAD part are
-        on mesh edges; poor hexes are improved up to this value
+        on mesh edges
     smooth_jacobian : the same for a surface without CAD faces
     poor_jacobian : a smaller scaled Jacobian gives a warning
     least_jacobian : a mesh with a smaller scaled Jacobian is not valid, unless an angle of the part
@@ -39,7 +39,7 @@ class Goal:
     many : shortfall for each doubling of that number
     """
 
-    scaled_jacobian: float = 0.35
+    scaled_jacobian: float = 0.5
     smooth_jacobian: float = 0.6
     poor_jacobian: float = 0.2
     least_jacobian: float = 0.02

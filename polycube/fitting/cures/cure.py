@@ -41,6 +41,7 @@ BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
 # evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
 BUDGET, FEW = 2000, 3000
+FURTHER = 0.25  # the share of this work for hexes that are not poor
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
 # limits for features in an envelope; final checks use other samples
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
@@ -48,7 +49,7 @@ LIMITS = (0.95 * TOLERANCE, TOLERANCE)
 HELD = (0.5, 1.0, 0.0)
 
 
-def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
+def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
     """The mesh with fewer poor hexes and with sheets; no cure loses a feature or adds a crossing.
 
     Parameters
@@ -57,6 +58,7 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     target : its surface
     aim : scaled Jacobian below which hexes are poor
     width : permitted distance of poor hexes from the surface, in diagonals
+    further : scaled Jacobian below which hexes are improved afterwards, without further sheets
 
     Returns
     -------
@@ -65,7 +67,9 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float) -> HexMesh:
     cures = _Cures(fitted(mesh, target), aim, width)
     is_complete = cures.run(DENSE)
     if is_complete and cures.current.jacobian.min() < SUFFICIENT:
-        cures.run(0.0)  # again, with all sheets first
+        is_complete = cures.run(0.0)  # again, with all sheets first
+    if is_complete and further > aim:
+        cures.raise_to(further)
     found = cures.current
     if not cures.accepted:
         return mesh
@@ -99,16 +103,23 @@ class _Cures:
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
-        self._work, self._limit = 0, DENSE  # evaluations times hexes; as in `run`
+        # evaluations times hexes; as in `run`
+        self._work, self._limit, self._has_sheets = 0, DENSE, True
 
-    def run(self, dense: float) -> bool:
+    def raise_to(self, aim: float) -> None:
+        """Improve the hexes below an aim, without sheets."""
+        self._aim = aim
+        self.run(np.inf, FURTHER * BUDGET, has_sheets=False)
+
+    def run(self, dense: float, budget: float = BUDGET, has_sheets: bool = True) -> bool:
         """Try places until none is left, or the work exceeds the budget; whether none is left.
 
         dense : cost per hex of a neighbourhood above which a sheet is tried first
+        budget : evaluations times hexes, per hex of the mesh
         """
         self._tried[:], self._faces, self._work = False, {0}, 0
-        self._dense, self._limit = None, dense
-        while self._work < BUDGET * max(FEW, len(self._tried)) and (batch := self._batch()):
+        self._dense, self._limit, self._has_sheets = None, dense, has_sheets
+        while self._work < budget * max(FEW, len(self._tried)) and (batch := self._batch()):
             calls = [partial(copy_context().run, self._counted, *each) for each in batch]
             for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
                 count_more(effort)
@@ -118,7 +129,7 @@ class _Cures:
                     # an invalid hex is tried once more alone
                     is_last = len(place.seeds) == 1 or self.current.jacobian[place.seeds[0]] > 0
                     self._tried[place.seeds if is_last else place.seeds[1:]] = True
-        return self._work < BUDGET * max(FEW, len(self._tried))
+        return self._work < budget * max(FEW, len(self._tried))
 
     def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
         """A trial and its effort."""
@@ -166,6 +177,8 @@ class _Cures:
 
     def _sheets(self) -> list[tuple[float, Place]]:
         """Places for sheets with the cost per hex of their neighbourhood, in descending order."""
+        if not self._has_sheets:
+            return []
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         found = []
         for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):

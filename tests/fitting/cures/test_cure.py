@@ -59,6 +59,14 @@ def test_a_good_mesh_is_returned_unchanged(cured):
     assert cure(cured, target(surface), 0.3, 0.0015) is cured
 
 
+def test_further_hexes_are_improved_without_sheets(cured):
+    surface, _ = lattice_on_rod()
+    found = cure(cured, target(surface), 0.3, 0.0015, least(cured) + 0.1)
+    assert least(found) > least(cured) + 0.01
+    assert np.array_equal(found.hexes, cured.hexes)
+    assert not any(each.is_lost for each in inspect(found, surface).features)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [0.0, 0.0015])
 def test_without_sheets_the_boundary_stays_in_the_envelope(width):
