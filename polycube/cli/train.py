@@ -108,10 +108,11 @@ def _write(
         trainer.logger.log_hyperparams(dict(cfg), final, module.steps_done)
         trainer.logger.experiment.flush()
     with manifest.writing(folder, OTHER_FOLDER) as scratch:
-        pictures.draw({"sampled": pictures.curves(folder)}, scratch / "loss.png")
+        pictures.draw(pictures.curves(folder), scratch / "loss.png")
         weights.save_denoiser(module.denoiser, config, metrics, scratch / "weights")
     path = folder / WEIGHTS[0]
-    logger.info("error %.3f; weights in %s", metrics.get("error", float("nan")), path)
+    error = f"error {metrics['error']:.3f}" if "error" in metrics else "no error measured"
+    logger.info("%s; weights in %s", error, path)
 
 
 def _learning(cfg: Json) -> Learning:

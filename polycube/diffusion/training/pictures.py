@@ -13,8 +13,12 @@ from polycube.diffusion.training.module import DDPMPolycube
 ROWS = 4  # number of pairs in a picture
 Curves = Mapping[str, np.ndarray]  # name -> (n, 2) step and value
 
-LOSS, ERROR = "loss", "error"
-BASELINES = {"error/one_step": "in one step", "error/untouched": "untouched geometry"}
+LOSS = "loss"
+ERRORS = {
+    "error": "sampled",
+    "error/one_step": "in one step",
+    "error/untouched": "untouched geometry",
+}
 
 
 class Pictures(L.Callback):
@@ -72,29 +76,25 @@ def curves(folder: Path) -> dict[str, np.ndarray]:
     return {name: np.array([(e.step, e.value) for e in found[name]]) for name in found}
 
 
-def draw(trainings: Mapping[str, Curves], path: Path) -> Path:
-    """Write a PNG: the loss and the held-out error of one or several trainings by step."""
+def draw(measured: Curves, path: Path) -> Path:
+    """Write a PNG: the loss and the held-out error of a training by step."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 3.6), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    for name, measured in trainings.items():
-        if LOSS in measured:
-            line = left.plot(*measured[LOSS].T, lw=0.6, alpha=0.4)[0]
-            left.plot(*smoothed(measured[LOSS]).T, color=line.get_color(), lw=1.6, label=name)
-        if ERROR in measured:
-            right.plot(*measured[ERROR].T, marker=".", label=name)
-    if len(trainings) == 1:
-        for name, label in BASELINES.items():
-            if name in measured:
-                right.plot(*measured[name].T, ls=":", label=label)
+    if LOSS in measured:
+        line = left.plot(*measured[LOSS].T, lw=0.6, alpha=0.4)[0]
+        left.plot(*smoothed(measured[LOSS]).T, color=line.get_color(), lw=1.6)
+    for name, label in ERRORS.items():
+        if name in measured:
+            right.plot(*measured[name].T, marker=".", label=label)
     for axes, title in ((left, "loss"), (right, "error of held-out pairs")):
         axes.set(title=title, xlabel="step", yscale="log")
         axes.grid(alpha=0.3, which="both")
-        if axes.has_data() and (len(trainings) > 1 or axes is right):
-            axes.legend(fontsize=8)
+    if right.has_data():
+        right.legend(fontsize=8)
     figure.savefig(path)
     return path
 
