@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
 
 if TYPE_CHECKING:
-    from polycube.diffusion.pairs.any_structure import LatticePairs, PartPairs
+    from polycube.diffusion.pairs.any_structure import LatticePairs
     from polycube.diffusion.pairs.fixed_meshes import MeshPairs
     from polycube.diffusion.pairs.machined import MachinedPairs
     from polycube.diffusion.pairs.pairs import Pairs
@@ -51,13 +50,6 @@ def _contexts(types: str, grid: Sequence[int], primitives: Primitives) -> list[C
     return {"all": contexts, "published": published}[types](grid, primitives)
 
 
-def _n_points() -> int:
-    """Number of points of a pair without a grid."""
-    from polycube.diffusion.conditions import AnyStructure
-
-    return math.prod(AnyStructure.image)
-
-
 @register("data", "paired")
 @dataclass(frozen=True)
 class Paired(Deformation):
@@ -88,12 +80,13 @@ class Paired(Deformation):
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> Pairs | LatticePairs:
         """The stream; pairs are computed by their number."""
+        from polycube.diffusion.conditions import AnyStructure
         from polycube.diffusion.pairs.any_structure import LatticePairs, LatticeShapes
         from polycube.diffusion.pairs.pairs import Pairs
 
         if not grid:
             shapes = LatticeShapes(cad=self.cad, organic=self.organic)
-            return LatticePairs(seed, _n_points(), shapes)
+            return LatticePairs(seed, math.prod(AnyStructure.image), shapes)
         chosen = _contexts(self.types, grid, primitives)
         return Pairs(grid, primitives, chosen, self, seed)
 
@@ -150,42 +143,3 @@ class Machined:
         if not grid:
             raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")
         return MachinedPairs(grid, primitives, _contexts("all", grid, primitives), seed)
-
-
-@register("data", "parts")
-@dataclass(frozen=True)
-class Parts:
-    """Parts meshed by `python -m polycube.make_pairs`, mixed with random lattices.
-
-    For grid=any. The held-out pairs are random lattices only, as in a training without these parts.
-
-    Parameters
-    ----------
-    path : folder with the files of `make_pairs`
-    share : share of these parts in the stream; the others are random lattices
-    """
-
-    path: str = "pairs"
-    share: float = 0.5
-
-    pads = False
-    gridless = True
-
-    def __post_init__(self) -> None:
-        if not 0 < self.share <= 1:
-            raise ValueError(f"share must be above 0 and at most 1; got {self.share}")
-
-    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> PartPairs:
-        """The stream; pairs are computed by their number."""
-        from polycube.diffusion.pairs.any_structure import PartPairs
-        from polycube.diffusion.pairs.part_files import read_parts
-
-        if grid:
-            raise ValueError("data=parts needs grid=any; use data=paired with a grid")
-        return PartPairs(seed, _n_points(), read_parts(Path(self.path)), self.share)
-
-    def held_out(self, grid: Grid, primitives: Primitives, seed: int) -> LatticePairs:
-        """Random lattices only, because parts of the training set must not be measured."""
-        from polycube.diffusion.pairs.any_structure import LatticePairs
-
-        return LatticePairs(seed, _n_points())

@@ -19,7 +19,6 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from polycube import __version__
 from polycube.cli.command import in_full, with_input
-from polycube.cli.make_pairs import check_settings
 from polycube.config import compose
 from polycube.pipeline.improvement import Improvement, is_improvement
 from polycube.pipeline.intake import read_part
@@ -33,7 +32,6 @@ PROGRAMS = {
     ("python", "infer.py"): "infer",
     ("python", "train.py"): "train",
     ("python", "-m", "polycube.evaluate"): "evaluate",
-    ("python", "-m", "polycube.make_pairs"): "make_pairs",
     ("polycube-infer",): "infer",
     ("polycube-train",): "train",
 }
@@ -82,8 +80,6 @@ def check(program: str, *overrides: str) -> None:
         settings = Settings.of(cfg)
         kind = Improvement if is_improvement(settings) else Run
         kind(settings, read_part)
-    elif program == "make_pairs":
-        check_settings(cfg)
     else:
         kinds = ("schedule", "model", "data", "sampler")
         built = [build(kind, cfg[kind]) for kind in kinds if kind in cfg]

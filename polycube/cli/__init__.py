@@ -47,4 +47,3 @@ def _run(name: str) -> None:
 train_command = partial(_run, "train")  # `polycube-train`, `python train.py`
 infer_command = partial(_run, "infer")  # `polycube-infer`, `python infer.py`
 evaluate_command = partial(_run, "evaluate")  # `polycube-evaluate`, `python -m polycube.evaluate`
-make_pairs_command = partial(_run, "make_pairs")  # `polycube-make-pairs`, `python -m` too

@@ -1,5 +1,6 @@
 """Training without a grid, from the command line: both networks, evaluation, refusals."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,9 +8,10 @@ import pytest
 from polycube.cli.evaluate import evaluate_weights
 from polycube.cli.train import train
 from polycube.config import compose
+from polycube.diffusion.training.data_module import HELD_OUT
 from polycube.diffusion.weights import load_denoiser
 from polycube.errors import InputError
-from polycube.registry import build
+from polycube.registry import build, classes
 from tests.fixtures.trainings import config
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*LeafSpec.*:FutureWarning")
@@ -37,6 +39,22 @@ def test_a_training_of_any_structure_gives_weights_that_can_be_measured(
     [row] = evaluate_weights(cfg, tmp_path / "found")["weights"]
     assert {"error", "labelled_axis", "labelled_knot", "nearest_axis"} <= set(row["columns"])
     assert "| axis | knot | nearest: axis |" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_plugin_may_choose_the_pairs_that_are_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The pairs that choose the best checkpoint are those of `held_out`, if the plugin has it."""
+    seeds = []
+
+    def held_out(data: Callable, grid: None, primitives: dict, seed: int) -> object:
+        seeds.append(seed)
+        return data(grid, primitives, seed)
+
+    monkeypatch.setattr(classes()["data", "paired"], "held_out", held_out, raising=False)
+    train(config("grid=any", "model=tiny", "trainer.max_epochs=1", "seed=5"), tmp_path)
+    assert seeds == [5 + HELD_OUT]
 
 
 def test_what_needs_a_grid_is_refused(tmp_path: Path) -> None:

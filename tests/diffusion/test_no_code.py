@@ -1,4 +1,4 @@
-"""No file that is read can run code: weights, checkpoints, cached stages, parts."""
+"""No file that is read can run code: weights, checkpoints, cached stages."""
 
 import pickle
 from collections.abc import Callable
@@ -11,7 +11,6 @@ from safetensors.torch import save_file
 
 from polycube.cli.train import train
 from polycube.config import compose
-from polycube.diffusion.pairs.part_files import read_part
 from polycube.diffusion.training.learning import AtomicCheckpoints
 from polycube.diffusion.weights import config_of, load_denoiser
 from polycube.errors import InputError
@@ -87,5 +86,3 @@ def test_arrays_run_no_code(tmp_path: Path, trap: Runs) -> None:
     np.savez(path, allow_pickle=True, tree=np.array([trap], object), geometry=np.array([trap]))
     with pytest.raises(InputError, match="the stored result is damaged"):
         load_stage(tmp_path, "spline")
-    with pytest.raises(InputError, match="this is not a file of a part"):
-        read_part(path)

@@ -1,10 +1,12 @@
 """Every violated requirement of a learning plugin is reported."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from polycube.diffusion.pairs.any_structure import LatticePair, LatticePairs
 from polycube.testing import check
 from tests.testing.broken import assert_refused, broken, voxels
 
@@ -193,3 +195,42 @@ def test_data() -> None:
     assert_refused("data", stream(context=("cube", "ball")), "known primitives")
     assert_refused("data", stream(seeded=False), "another seed")
     assert_refused("data", stream(lucky=True), "depends on i and seed")
+
+
+def lattices(change: Callable[[LatticePair], dict[str, object]]) -> object:
+    """A plugin of pairs without a grid, with some fields changed."""
+
+    def start(grid: None, primitives: dict, seed: int) -> Callable[[int], LatticePair]:
+        pairs = LatticePairs(seed, 64)
+
+        def pair(index: int) -> LatticePair:
+            found = pairs(index)
+            return replace(found, **change(found))
+
+        return pair
+
+    plugin = broken(start)
+    type(plugin).gridless = True
+    return plugin
+
+
+def test_data_without_a_grid() -> None:
+    check("data", lattices(lambda pair: {}))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda pair: {"labels": pair.labels[:, :1]}, r"labels has shape \(64, 2\)"),
+        (lambda pair: {"labels": np.add(pair.labels, [6, 0])}, "labels: axis, knot"),
+        (lambda pair: {"labels": np.add(pair.labels, [0, 9])}, "labels number the knots"),
+        (lambda pair: {"polycube": pair.polycube + 0.01}, "planes of their labels"),
+        (
+            lambda pair: {"solid": replace(pair.solid, occupancy=pair.solid.occupancy & False)},
+            "one solid",
+        ),
+    ],
+)
+def test_data_without_a_grid_is_refused(change: Callable, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check("data", lattices(change))

@@ -19,7 +19,6 @@ PROGRAMS = {
     "infer": "python infer.py",
     "train": "python train.py",
     "evaluate": "python -m polycube.evaluate",
-    "make_pairs": "python -m polycube.make_pairs",
 }
 SETTING = re.compile(r"^( *)(\w+):(?: +([^#\s].*?))?(?: +# (.*))?$")
 HEAD = """# Options
@@ -38,9 +37,8 @@ def page() -> str:
     blocks = [f"{HEAD}{MADE}"]
     for name, command in PROGRAMS.items():
         blocks += [f"## Settings of `{command}`", table(HEADS, list(_settings(name)))]
-        groups = list(_groups(name))
-        if groups:
-            blocks += [f"Choices of `{command}`:", table(("group", "choices", "default"), groups)]
+        heads = "group", "choices", "default"
+        blocks += [f"Choices of `{command}`:", table(heads, list(_groups(name)))]
     shared = ("meshing", "_settings")
     blocks += ["## Options of plugins", "### meshing.*", _plugin("meshing", SHARED[shared])]
     for kind in KINDS:

@@ -1,9 +1,8 @@
-"""Pairs of arbitrary structures: random lattices that resemble parts, and given parts.
+"""Pairs of arbitrary structures: random lattices that resemble parts.
 
 Pair i of a stream depends on (seed, i) only.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -118,27 +117,6 @@ class LatticePairs:
             x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
         return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
-
-
-class PartPairs(LatticePairs):
-    """Given parts, with a random rotation of the cube, mixed with random lattices.
-
-    parts : at least one, all with equal probability
-    share : share of these parts in the stream
-    """
-
-    def __init__(self, seed: int, n_points: int, parts: Sequence[Part], share: float) -> None:
-        super().__init__(seed, n_points)
-        self.parts, self.share = parts, share
-
-    def part(self, index: int) -> Part:
-        """Part number `index`; if it is a lattice, that of `LatticePairs`."""
-        # the last number makes the stream independent of theirs
-        rng = np.random.default_rng([self.seed, index, 0, 1])
-        if rng.random() >= self.share:
-            return super().part(index)
-        part = self.parts[int(rng.integers(len(self.parts)))]
-        return turned(part, rotations()[rng.integers(24)])
 
 
 def turned(part: Part, rotation: np.ndarray) -> Part:
