@@ -213,11 +213,11 @@ def test_the_command_meshes_the_parts_then_writes_the_page(
     (tmp_path / "parts" / "it's.step").touch()
     arguments = []
     monkeypatch.setattr(infer, "main", lambda: (arguments.extend(sys.argv[1:]), sys.exit(ends)))
-    words = ["--parts", tmp_path / "parts", "--settings", "dask.workers=2"]
+    words = ["--parts", tmp_path / "parts", "--settings", "hydra/launcher=joblib"]
     assert command(monkeypatch, batch, *words) == code
     mesh = str(tmp_path / "parts" / "it's.step").replace("'", "\\'")
     assert arguments[:3] == ["-m", f"mesh='{mesh}'", f"output_dir={batch}"]
-    assert arguments[3:] == ["order=[meshing]", "dask.workers=2"]
+    assert arguments[3:] == ["order=[meshing]", "hydra/launcher=joblib"]
     assert (batch / "benchmark.html").is_file() == (code == 0)
 
 

@@ -1,9 +1,9 @@
 """Batches of parts: `infer.py mesh=folder`, `mesh='parts/*.stl'`, `-m mesh=a.stl,b.stl`.
 
-Hydra makes a job of every part (and of every value of other lists). The jobs are run in sequence,
-by another launcher of Hydra, or on a Dask cluster (`cluster`). A job writes `row.json` to its
-folder; a job with a row of the same settings and file is not run again. At the end, the rows become
-a table, `summary.csv` and `summary.html`, with successes and failures.
+Hydra makes a job of every part (and of every value of other lists). The jobs are run in sequence
+or by another launcher of Hydra. A job writes `row.json` to its folder; a job with a row of the same
+settings and file is not run again. At the end, the rows become a table, `summary.csv` and
+`summary.html`, with successes and failures.
 """
 
 import csv
@@ -26,8 +26,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
-from polycube.cli import cluster
-from polycube.cli.command import begin_sweep, refusing
+from polycube.cli.command import begin_sweep
 from polycube.cli.signals import INTERRUPTED
 from polycube.config import quote
 from polycube.errors import InputError, printable
@@ -44,8 +43,6 @@ MANY = {"-m", "--multirun"}
 PRESENTATION = ("output_dir", "quiet", "verbose")  # settings that do not change a result
 
 Attempt = Callable[..., tuple[int, str]]  # settings -> exit code, and the reason if it is not 0
-
-_waiting: list[cluster.Job] = []  # jobs for a cluster, run after all are composed
 
 
 def expanded(arguments: list[str]) -> list[str]:
@@ -127,15 +124,6 @@ def _job_folder(values: str, *, _root_: DictConfig) -> str:
 OmegaConf.register_new_resolver("job_folder", _job_folder)
 
 
-def begin_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) -> int:
-    """Run one job of a batch, see `run_job`; with a cluster, only register it."""
-    if not cluster.is_used(cfg["dask"]):
-        return run_job(cfg, folder, overrides, job)
-    alone = {**cfg, "dask": {**cfg["dask"], "workers": 0, "scheduler": None}}
-    _waiting.append((run_job, (alone, folder, overrides, job), folder.name))
-    return 0
-
-
 def run_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) -> int:
     """Exit code of one job of a batch, from a new or an earlier run; prints one line.
 
@@ -171,8 +159,7 @@ def run_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) 
 
 def _identity(cfg: Mapping[str, object]) -> str:
     """Hash of everything that determines a result: settings, contents of the files, version."""
-    unrelated = (*PRESENTATION, "dask")
-    settings = {name: value for name, value in cfg.items() if name not in unrelated}
+    settings = {name: value for name, value in cfg.items() if name not in PRESENTATION}
     digest = hashlib.sha256(json.dumps([__version__, settings], sort_keys=True).encode())
     for key in ("mesh", "hex"):
         path = Path(str(cfg[key]))
@@ -202,19 +189,16 @@ class Summary(Callback):
 
     def on_multirun_start(self, config: DictConfig, **_: object) -> None:
         """Refuse a folder in which a file of the user would be overwritten."""
-        with refusing():  # Hydra catches all exceptions of a callback
-            cluster.check(config.dask, config.hydra.launcher._target_)
         begin_sweep(config, TABLE)
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Write `summary.csv` and `summary.html` to the folder of the batch."""
         folder = Path(config.hydra.sweep.dir)
-        codes = cluster.run_all(_waiting, config.dask) if _waiting else []
         rows = summarized(folder)
         results = Counter(row["result"] for row in rows)
         counts = ", ".join(f"{count} {result}" for result, count in results.items())
         sys.stderr.write(f"{printable(f'{counts}: {folder / TABLE[1]}')}\n")
-        sys.exit(max([*codes, *(row["exit"] for row in rows)]))
+        sys.exit(max(row["exit"] for row in rows))
 
 
 def summarized(folder: Path) -> list[dict[str, Any]]:

@@ -17,8 +17,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.api import execute
-from polycube.cli import cluster
-from polycube.cli.batch import begin_job, expanded, part_name
+from polycube.cli.batch import expanded, part_name, run_job
 from polycube.cli.command import in_full, refused, refusing, run_hydra, with_input
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.solids import run as solids
@@ -127,16 +126,12 @@ def _command(cfg: DictConfig) -> int:
         if not has_mesh and not cfg.resume and not cfg.hex:
             what = "no part given: run infer.py part.step, or infer.py example:rod to try it"
             raise InputError(what)
-        is_many = hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN
-        if cluster.is_used(cfg.dask) and not is_many and not solids.is_requested(cfg):
-            what = "dask is for several parts, such as mesh=folder or cad.solid=all"
-            raise InputError(what, "dask")
         settings = plain(cfg)
     except (InputError, OmegaConfBaseException) as error:
         return refused(error)
-    if hydra_cfg is not None and is_many:
+    if hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN:
         folder = Path(hydra_cfg.runtime.output_dir)
-        return begin_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
+        return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
     code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())
     if sentence:
         sys.stderr.write(f"error: {printable(sentence)}\n")

@@ -109,7 +109,7 @@ def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
     assert _command(config(f"mesh={cubes}", *words, *QUICK)) == 2
     lines = capsys.readouterr().err.splitlines()
-    assert [line.partition(":")[0] for line in lines[:4]] == ["left", "top", "hollow", "right"]
+    assert [line.partition(":")[0] for line in lines[:4]] == list(NAMES)
     assert all(", as before" in line for line in lines[:4])
     assert lines[4].startswith("3 valid, 1 refused, meshes agree at 1 of 2 contacts: ")
     assert lines[5] == "error: no valid result of 1 of 4 solids: hollow"

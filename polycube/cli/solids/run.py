@@ -1,7 +1,7 @@
 """Run every solid of a CAD file as a job of a batch; combine the results in one mesh and page.
 
-Identical solids are meshed once. The jobs of the others start after the first ones have ended, and
-move their meshes.
+The jobs run in sequence. Identical solids are meshed once: the jobs of the others move the mesh of
+the first.
 """
 
 import sys
@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from polycube.cli import cluster
 from polycube.cli.batch import ROW, Attempt, run_job
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
@@ -109,43 +108,25 @@ def run_solids(
     KeyboardInterrupt
         If a signal ended the run of a solid; the results of completed ones are saved.
     """
-    cluster.check(cfg["dask"], ".BasicLauncher")
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
     manifest.check(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
     # regions have a position, which differs for identical solids
     shared = not cfg["meshing"].get("regions")
     names = {solid.number: solid.name for solid in solids}
-    alone: list[tuple[Solid, Attempt]] = []
-    moved: list[tuple[Solid, Attempt]] = []
-    for solid in solids:
-        if shared and solid.motion is not None:
-            source = folder / names[solid.same_as], solid.motion
-            moved.append((solid, partial(_placed, attempt, source, cfg["meshing"]["order"])))
-        else:
-            alone.append((solid, attempt))
+    codes: dict[int, int] = {}
     with locked(folder):
-        codes = _done(cfg, folder, alone) | _done(cfg, folder, moved)
+        for solid in solids:
+            job = attempt
+            if shared and solid.motion is not None:
+                source = folder / names[solid.same_as], solid.motion
+                job = partial(_placed, attempt, source, cfg["meshing"]["order"])
+            own, setting = of_solid(cfg, solid.number), f"cad.solid={solid.number}"
+            codes[solid.number] = code = run_job(own, folder / solid.name, setting, job)
+            if code == INTERRUPTED:
+                raise KeyboardInterrupt
         report = write_assembly(folder, cfg, solids, codes, exports)
     sys.stderr.write(f"{printable(f'{summary(report)}: {folder / PAGE[0]}')}\n")
     return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
-
-
-def _done(cfg: Json, folder: Path, jobs: Sequence[tuple[Solid, Attempt]]) -> dict[int, int]:
-    """Exit codes by the number of the solid."""
-    calls = []
-    for solid, job in jobs:
-        own = of_solid(cfg, solid.number), folder / solid.name, f"cad.solid={solid.number}"
-        calls.append((*own, job))
-    if cluster.is_used(cfg["dask"]) and calls:
-        waiting = [(run_job, call, call[1].name) for call in calls]
-        codes = cluster.run_all(waiting, cfg["dask"])
-    else:
-        codes = []
-        for call in calls:
-            codes.append(run_job(*call))
-            if codes[-1] == INTERRUPTED:
-                raise KeyboardInterrupt
-    return {solid.number: code for (solid, _), code in zip(jobs, codes, strict=True)}
 
 
 def _placed(attempt: Attempt, source: Placed, order: Sequence[str], cfg: Json) -> tuple[int, str]:
