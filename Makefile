@@ -5,7 +5,6 @@
 # make bench   a page on a folder of CAD parts      make bench PARTS=parts SUBSET=24 BEFORE=outputs/bench/1a2b3c4
 # make lint    format and lint, changing nothing
 # make types   check the types
-# make doctor  what of this machine can be used
 # make lock    requirements.lock from pyproject.toml   make lock ARGS=--upgrade for the newest versions
 #
 # The first of them makes .venv from the pinned requirements.
@@ -30,7 +29,7 @@ export OPENBLAS_NUM_THREADS := 1
 export PYVISTA_OFF_SCREEN := true
 export PYTHONDONTWRITEBYTECODE := # modules are compiled once, not in each of the many processes
 
-.PHONY: demo test train gallery bench lint types doctor lock
+.PHONY: demo test train gallery bench lint types lock
 
 demo: $(READY)
 	$(RUN) infer.py mesh=$(MESH) output_dir=$(OUTPUT) $(ARGS)
@@ -65,9 +64,6 @@ lint: $(READY)
 
 types: $(READY)
 	$(RUN) -m mypy
-
-doctor: $(READY)
-	$(RUN) -m polycube.cli.doctor
 
 # the versions that the present file has stay, unless ARGS asks for others
 UV := .venv/uv/bin
