@@ -29,7 +29,7 @@ class Sheets:
     references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing", "hu2020wild")
 
     aim: float = 0.35
-    further: float = 0.5
+    further: float = 0.55
     envelope: float = 0.002
     features: str = setting("meshing.features", MeshingSettings.features)
 
