@@ -44,7 +44,6 @@ JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part,
 OTHER_SHEETS = 0.3  # probability that other sheets in a fine lattice are better
 AFTER_FAILURE = 0.4  # factor on the probability for each variant without a mesh
 NEXT_VARIANT = 0.7  # factor for each further variant
-POOR = 0.35  # scaled Jacobian below which an improvement of the mesh takes most of its work
 CURED = 0.8  # share of the shortfall of the worst hex that is expected to vanish
 MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
@@ -122,7 +121,7 @@ def cure(move: Cure, history: History) -> Expected:
     outcome = history.outcomes[move.of]
     mesh, missed = outcome.state.hexes, outcome.verdict.shortfall
     assert mesh is not None
-    poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < POOR).sum())
+    poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.weak_jacobian).sum())
     invalid = missed.get("validity", 0.0)
     failed = sum(
         type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes

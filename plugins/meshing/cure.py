@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
-from polycube.types import HexMesh, TriMesh
+from polycube.types import Goal, HexMesh, TriMesh
 
 
 @register("meshing/cure", "sheets")
@@ -28,7 +28,7 @@ class Sheets:
 
     references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing", "hu2020wild")
 
-    aim: float = 0.35
+    aim: float = Goal.weak_jacobian
     further: float = 0.55
     envelope: float = 0.002
     features: str = setting("meshing.features", MeshingSettings.features)

@@ -84,40 +84,42 @@ def overlapping_boxes(
     OverflowError
         If more comparisons are needed.
     """
+    corners, faces = tree.corners[tree.order], faces[tree.order]  # leaf by leaf
     boxes = np.empty((len(faces), 6))
     for i in range(len(faces)):
         for d in range(3):
-            a, b, c = tree.corners[i, 0, d], tree.corners[i, 1, d], tree.corners[i, 2, d]
+            a, b, c = corners[i, 0, d], corners[i, 1, d], corners[i, 2, d]
             boxes[i, d], boxes[i, 3 + d] = min(a, b, c), max(a, b, c)
     pairs = np.empty((len(faces), 2), np.int64)
     count = compared = 0
     stack = np.zeros(128, np.int64)
-    for place in range(len(faces)):  # each pair once: with the later ones in the tree
-        i = tree.order[place]
-        own = boxes[i]
+    for i in range(len(faces)):
+        own, plane = boxes[i], _plane(corners[i])
         stack[0], top = 0, 1
         while top > 0:
             top -= 1
             node = stack[top]
-            if tree.last[node] <= place + 1 or not _overlap(own, tree.box[node], 6):
+            if tree.last[node] <= i + 1 or not _overlap(own, tree.box[node], 6):
                 continue
             if tree.right[node] > 0:
                 stack[top], stack[top + 1] = tree.right[node], node + 1
                 top += 2
                 continue
-            start = max(tree.first[node], place + 1)
+            start = max(tree.first[node], i + 1)
             compared += tree.last[node] - start
             if compared + FOUND * count > most:
                 raise OverflowError
-            for k in range(start, tree.last[node]):
-                j = tree.order[k]
+            for j in range(start, tree.last[node]):
                 if not _overlap(own, boxes[j], 3) or _common(faces, i, j) > shared:
                     continue
-                if crossing and not (_pierces(tree.corners, i, j) or _pierces(tree.corners, j, i)):
+                if crossing and _is_beside(plane, corners[j]):
+                    continue
+                if crossing and not (_pierces(corners, i, j) or _pierces(corners, j, i)):
                     continue
                 if count == len(pairs):
                     pairs = np.concatenate((pairs, np.empty_like(pairs)))
-                pairs[count] = min(i, j), max(i, j)
+                one, other = tree.order[i], tree.order[j]
+                pairs[count] = min(one, other), max(one, other)
                 count += 1
     return pairs[:count]
 
@@ -138,6 +140,26 @@ def _common(faces: np.ndarray, i: int, j: int) -> int:
         for b in range(3):
             count += faces[i, a] == faces[j, b]
     return count
+
+
+@njit(cache=True)
+def _plane(t: np.ndarray) -> tuple[float, float, float, float, float]:
+    """Normal of a triangle, its product with a corner, and the error of such a product."""
+    ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
+    vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    error = TOUCH * (ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz)
+    return x, y, z, t[0, 0] * x + t[0, 1] * y + t[0, 2] * z, error
+
+
+@njit(cache=True, inline="always")
+def _is_beside(plane: tuple[float, float, float, float, float], t: np.ndarray) -> bool:
+    """Whether a triangle is on one side of a plane."""
+    x, y, z, offset, error = plane
+    first = t[0, 0] * x + t[0, 1] * y + t[0, 2] * z - offset
+    second = t[1, 0] * x + t[1, 1] * y + t[1, 2] * z - offset
+    third = t[2, 0] * x + t[2, 1] * y + t[2, 2] * z - offset
+    return bool(min(first, second, third) > error or max(first, second, third) < -error)
 
 
 @njit(cache=True)

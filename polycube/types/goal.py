@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
@@ -56,3 +57,5 @@ class Goal:
     peak: float = 8.0
     hexes: int = 3000
     many: float = 0.05
+    # below this scaled Jacobian a hex gets most of the work of an improvement
+    weak_jacobian: ClassVar[float] = 0.35

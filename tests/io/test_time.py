@@ -14,7 +14,7 @@ from tests.fixtures.pathological import HEXES, SURFACES
 
 SIZES = (10_000, 100_000, 1_000_000)  # bytes
 GROWTH = 12  # largest ratio of times, for a ratio of ten in size
-START = 5.0  # seconds for the search for crossing faces, which is bounded, and other processes
+START = 2.0  # seconds of the processor that do not depend on the size: other processes
 READERS = {name: (write, read_surface) for name, write in SURFACES.items()}
 READERS |= {name: (write, read_hexes) for name, write in HEXES.items()}
 

@@ -103,22 +103,22 @@ class _Cures:
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
-        # evaluations times hexes; as in `run`
-        self._work, self._limit, self._has_sheets = 0, DENSE, True
+        self._work = 0  # evaluations times hexes
+        self._limit: float | None = DENSE  # `dense` of `run`
 
     def raise_to(self, aim: float) -> None:
         """Improve the hexes below an aim, without sheets."""
         self._aim = aim
-        self.run(np.inf, FURTHER * BUDGET, has_sheets=False)
+        self.run(None, FURTHER * BUDGET)
 
-    def run(self, dense: float, budget: float = BUDGET, has_sheets: bool = True) -> bool:
+    def run(self, dense: float | None, budget: float = BUDGET) -> bool:
         """Try places until none is left, or the work exceeds the budget; whether none is left.
 
-        dense : cost per hex of a neighbourhood above which a sheet is tried first
+        dense : cost per hex of a neighbourhood above which a sheet is tried first; None: no sheets
         budget : evaluations times hexes, per hex of the mesh
         """
         self._tried[:], self._faces, self._work = False, {0}, 0
-        self._dense, self._limit, self._has_sheets = None, dense, has_sheets
+        self._dense, self._limit = None, dense
         while self._work < budget * max(FEW, len(self._tried)) and (batch := self._batch()):
             calls = [partial(copy_context().run, self._counted, *each) for each in batch]
             for (place, near), (trial, effort) in zip(batch, side_by_side(calls), strict=True):
@@ -160,7 +160,8 @@ class _Cures:
     def _places(self) -> Iterator[Place]:
         """Places to cure: faces with many poor hexes, then single places, then other faces."""
         if self._dense is None:
-            self._dense = [place for density, place in self._sheets() if density > self._limit]
+            least = self._limit or 0.0
+            self._dense = [place for density, place in self._sheets() if density > least]
         yield from (place for place in self._dense if place.face not in self._faces)
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         least = max(ABSOLUTE_GAIN, SHARE * poor.sum())
@@ -177,7 +178,7 @@ class _Cures:
 
     def _sheets(self) -> list[tuple[float, Place]]:
         """Places for sheets with the cost per hex of their neighbourhood, in descending order."""
-        if not self._has_sheets:
+        if self._limit is None:
             return []
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         found = []

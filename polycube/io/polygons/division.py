@@ -114,13 +114,15 @@ def _ears(points: np.ndarray, reflex: np.ndarray) -> np.ndarray:
             if not is_left[j] or j == a or j == i or j == c:
                 continue
             p = points[j]
-            ab = (pb[0] - pa[0]) * (p[1] - pa[1]) - (pb[1] - pa[1]) * (p[0] - pa[0])
-            bc = (pc[0] - pb[0]) * (p[1] - pb[1]) - (pc[1] - pb[1]) * (p[0] - pb[0])
-            ca = (pa[0] - pc[0]) * (p[1] - pc[1]) - (pa[1] - pc[1]) * (p[0] - pc[0])
-            if ab >= 0 and bc >= 0 and ca >= 0 and _is_apart(p, pa) and _is_apart(p, pb):
-                if _is_apart(p, pc):
-                    is_ear = False
-                    break
+            if (pb[0] - pa[0]) * (p[1] - pa[1]) < (pb[1] - pa[1]) * (p[0] - pa[0]):
+                continue
+            if (pc[0] - pb[0]) * (p[1] - pb[1]) < (pc[1] - pb[1]) * (p[0] - pb[0]):
+                continue
+            if (pa[0] - pc[0]) * (p[1] - pc[1]) < (pa[1] - pc[1]) * (p[0] - pc[0]):
+                continue
+            if _is_apart(p, pa) and _is_apart(p, pb) and _is_apart(p, pc):
+                is_ear = False
+                break
         if is_ear:
             found[count] = a, i, c
             count += 1
