@@ -19,7 +19,7 @@ class Sheets:
     Parameters
     ----------
     aim : scaled Jacobian below which a hex is poor; 0: no hex is improved
-    further : scaled Jacobian below which hexes are improved afterwards, as far as a quarter of the
+    further : scaled Jacobian below which hexes are improved afterwards, as far as half of the
         permitted work allows
     envelope : permitted distance from the surface of the boundary near poor hexes, as a fraction of
         the diagonal, if that improves them and no feature is lost; 0: none

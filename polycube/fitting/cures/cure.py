@@ -19,14 +19,7 @@ from scipy.spatial import cKDTree
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import fit_in_envelope
 from polycube.fitting.cures.fitted import Faces, Fitted, cost, fitted, hex_costs
-from polycube.fitting.cures.insertion import (
-    ABSOLUTE_GAIN,
-    SUFFICIENT,
-    Place,
-    Trial,
-    inserted,
-    placed,
-)
+from polycube.fitting.cures.insertion import SUFFICIENT, Place, Trial, inserted, placed
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
 from polycube.fitting.cures.refit import refit
 from polycube.hexmesh.feature_distances import TOLERANCE
@@ -41,7 +34,8 @@ BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
 # evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
 BUDGET, FEW = 2000, 3000
-FURTHER = 0.25  # the share of this work for hexes that are not poor
+FURTHER = 0.5  # the share of this work for hexes that are not poor
+ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of poor hexes
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
 # limits for features in an envelope; final checks use other samples
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
@@ -105,11 +99,16 @@ class _Cures:
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._work = 0  # evaluations times hexes
         self._limit: float | None = DENSE  # `dense` of `run`
+        self._gain = ABSOLUTE_GAIN  # smallest absolute gain
 
     def raise_to(self, aim: float) -> None:
-        """Improve the hexes below an aim, without sheets."""
-        self._aim = aim
-        self.run(None, FURTHER * BUDGET)
+        """Improve the hexes below an aim, without sheets, by any absolute gain."""
+        self._aim, self._gain = aim, 0.0
+        budget, before = FURTHER * BUDGET, -1
+        while budget > 0 and self.accepted > before:  # again, next to the improved hexes
+            before = self.accepted
+            self.run(None, budget)
+            budget -= self._work / max(FEW, len(self._tried))
 
     def run(self, dense: float | None, budget: float = BUDGET) -> bool:
         """Try places until none is left, or the work exceeds the budget; whether none is left.
@@ -164,7 +163,7 @@ class _Cures:
             self._dense = [place for density, place in self._sheets() if density > least]
         yield from (place for place in self._dense if place.face not in self._faces)
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
-        least = max(ABSOLUTE_GAIN, SHARE * poor.sum())
+        least = max(self._gain, SHARE * poor.sum())
         left = np.where(self._tried, 0, poor)
         while left.any():
             worst = left.argmax()
@@ -184,7 +183,7 @@ class _Cures:
         found = []
         for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):
             gain = float(poor[inside].sum())
-            if face not in self._faces and gain > ABSOLUTE_GAIN:
+            if face not in self._faces and gain > self._gain:
                 place = Place(np.flatnonzero(inside & (poor > 0)), inside, face)
                 found.append((gain / len(links.at(place.moving(self.current))), place))
         return sorted(found, key=lambda each: (-each[0], each[1].face))
@@ -193,7 +192,7 @@ class _Cures:
         """The fit of a neighbourhood outside of an envelope, if it improves."""
         before = self._before(near)
         trial = Trial(near, refit(near, self._aim, before[0]), *before)
-        return trial if trial.improves(self.current.jacobian.min()) else None
+        return trial if trial.improves(self.current.jacobian.min(), self._gain) else None
 
     def _envelope(self, near: Neighbourhood) -> Trial | None:
         """The fit of a neighbourhood, if it improves; again if it loses features.
@@ -204,7 +203,7 @@ class _Cures:
         repair = None
         for reach in HELD:
             trial = Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
-            if not trial.improves(self.current.jacobian.min()):
+            if not trial.improves(self.current.jacobian.min(), self._gain):
                 break
             lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
             if not lost.any():

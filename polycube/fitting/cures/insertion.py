@@ -19,7 +19,6 @@ from polycube.types import HexMesh
 MARGIN = 2 * losses.ROUND  # boundary quads closer than this to the neighbourhood are tested
 RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood is fitted again
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
-ABSOLUTE_GAIN = 2e-4  # smallest absolute reduction of the cost of an accepted cure
 # a cure may reduce the least scaled Jacobian by this factor, or to a sufficient value
 LOWER = 0.9
 SUFFICIENT = 0.2
@@ -151,12 +150,13 @@ class Trial:
         """Whether another trial may be worthwhile."""
         return self.gain > RETRY_GAIN * self.before
 
-    def improves(self, worst: float) -> bool:
+    def improves(self, worst: float, gain: float) -> bool:
         """Whether the cost is lower, and neither a distance nor the worst hex is much worse.
 
         worst : scaled Jacobian of the worst hex of the whole mesh
+        gain : smallest reduction of the cost
         """
-        is_lower = self.gain > max(ABSOLUTE_GAIN, RELATIVE_GAIN * self.before)
+        is_lower = self.gain > max(gain, RELATIVE_GAIN * self.before)
         is_near = self.found.gap.max() <= max(NEAR, self.off[0])
         is_on = self.found.strayed.max() <= max(STRAY, self.off[1])
         least = min(LOWER * self.least, max(SUFFICIENT, worst))
