@@ -1,8 +1,7 @@
 """Triangles of one solid of a CAD file (STEP, IGES, BREP), in the units of the file.
 
-Gmsh tessellates in a separate process; if it cannot be loaded, cascadio reads STEP files with one
-solid. Here it is checked that no volume is lost; whether the surface is closed is checked later as
-for any surface.
+Gmsh tessellates in a separate process. Here it is checked that no volume is lost; whether the
+surface is closed is checked later as for any surface.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from polycube.io.file_units import file_unit, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import Late, read_separately, unreadable
 from polycube.io.step.faces import Named, named_faces
 from polycube.io.step.text import STEP, exchange
+from polycube.io.tessellation.threads import without_threads
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
@@ -34,6 +34,7 @@ SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 GROUPS = ("name", "colour", "layer", "none")
+THREADS = ("absorb", "keep")
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
@@ -47,14 +48,16 @@ class Cad:
     segments: int = SEGMENTS  # triangle edges on a full turn of a round face
     groups: str = "name"  # what names and groups the faces, one of GROUPS
     units: str | None = None  # length unit of the coordinates in the rest of the run
+    threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
 
     def __post_init__(self) -> None:
         if self.solid == "all":
             what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
-        if self.groups not in GROUPS:
-            what = f"cad.groups must be one of {', '.join(GROUPS)}; got {self.groups!r}"
-            raise InputError(what)
+        for name, known in {"groups": GROUPS, "threads": THREADS}.items():
+            if getattr(self, name) not in known:
+                what = f"cad.{name} must be one of {', '.join(known)}; got {getattr(self, name)!r}"
+                raise InputError(what)
         for name, least in {"segments": 6, "solid": 1}.items():
             value = getattr(self, name)
             is_integer = isinstance(value, int) and not isinstance(value, bool)
@@ -72,9 +75,8 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     unit = file_unit(path)
     factor = gmsh_lengths(path)
     surface, notes = clean(found["vertices"] / factor, found["faces"])
-    if "cad_face" in found:
-        surface = _regions(surface, found, path, options.groups, factor)
-    size, stated = float(found.get("volume", np.nan)) / factor**3, unit or "an unknown unit"
+    surface = _regions(surface, found, path, options.groups, factor)
+    size, stated = float(found["volume"]) / factor**3, unit or "an unknown unit"
     logger.info("%s: lengths in %s, volume %.6g", path, stated, size)
     if unit and resolved(options.units, unit) != unit:
         notes.append(
@@ -87,26 +89,25 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             notes.append("the file is not UTF-8; its names were read as ISO 8859-1")
     if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
-    if "way" in found and found["way"] != WAYS[0]:
+    if found["way"] != WAYS[0]:
         notes.append(
             f"there is no closed surface with cad.segments={options.segments}; triangles on "
             "curved faces are larger"
         )
-    if found.get("segments", options.segments) < options.segments:
+    if found["segments"] < options.segments:
         notes.append(
             f"round faces have {found['segments']} triangle edges on a full turn instead of "
             f"cad.segments={options.segments}, because they would have too many triangles"
         )
     lost = 1 - volume(surface) / size
-    if np.isnan(lost):
-        notes.append(
-            "gmsh cannot be loaded; the file was read by cascadio, and the volume was not checked"
-        )
-    elif abs(lost) > LOST:
+    if abs(lost) > LOST:
         notes.append(
             f"the triangles enclose {100 * lost:.1f} % less than the solid; "
             f"increase cad.segments={options.segments}"
         )
+    if options.threads == "absorb":
+        surface, replaced = without_threads(surface)
+        notes += replaced
     return surface, notes
 
 
@@ -143,18 +144,21 @@ def _regions(
 
 
 def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Arrays of Gmsh: volume (one number), vertices, faces, and those of `cad_worker`.
-
-    Only vertices and faces if gmsh cannot be loaded.
-    """
+    """Arrays of Gmsh: volume (one number), vertices, faces, and those of `cad_worker`."""
     check_complete(path)
     output, errors, way = _worked(path, options)
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
             return _chosen(dict(arrays), options.solid, gmsh_unit(path)) | {"way": np.array(way)}
-    if "import gmsh" in errors:
-        return _by_cascadio(path, options)
+    check_gmsh(errors)
     raise unreadable(path, errors)
+
+
+def check_gmsh(errors: str) -> None:
+    """Raise InputError if errors of a process say that Gmsh cannot be loaded."""
+    if "import gmsh" in errors:
+        reason = errors.strip().rpartition("\n")[2]
+        raise InputError(f"CAD files need gmsh, which cannot be loaded ({reason}); {INSTALL}")
 
 
 def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
@@ -215,23 +219,6 @@ def _gap(found: dict[str, np.ndarray], unit: str) -> str:
         return ""
     where = _point(found["gap_place"])
     return f"gaps of up to {found['gap'][0]:.3g} {unit} between its faces, at {where} {unit}"
-
-
-def _by_cascadio(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Like `_tessellated` by cascadio, whose lengths are in metres."""
-    if path.suffix.lower() not in STEP or options.solid is not None:
-        raise InputError(f"{path.suffix} files and cad.solid need gmsh; {INSTALL}")
-    try:
-        import cascadio
-        import trimesh
-    except ImportError:
-        raise InputError(f"CAD files need gmsh; {INSTALL}") from None
-    angle = 2 * np.pi / options.segments
-    data = cascadio.load(path.read_bytes(), tol_linear=0.01, tol_angular=angle)
-    if not data:
-        raise InputError(f"not a readable {path.suffix} file")
-    mesh = trimesh.load_scene(BytesIO(data), file_type="glb").to_mesh()
-    return {"vertices": 1000 * np.asarray(mesh.vertices), "faces": np.asarray(mesh.faces)}
 
 
 def _point(values: np.ndarray) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.io.access.reading import reading
-from polycube.io.cad import INSTALL, check_complete
+from polycube.io.cad import check_complete, check_gmsh
 from polycube.io.file_units import gmsh_lengths
 from polycube.io.foreign.process import read_separately, unreadable
 from polycube.io.solids.motions import Motion
@@ -42,9 +42,8 @@ def read_solids(path: Path) -> list[Solid]:
     with reading(path):
         check_complete(path)
         output, errors = read_separately("polycube.io.solids.worker", path, {}, EFFORT)
-    if output is None and "import gmsh" in errors:
-        raise InputError(f"cad.solid needs gmsh; {INSTALL}")
     if output is None:
+        check_gmsh(errors)
         raise InputError(f"{path}: {unreadable(path, errors)}")
     rows = json.loads(output)
     if not rows:
