@@ -10,7 +10,6 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import wraps
-from glob import glob
 from os.path import isdir, isfile, lexists  # unlike those of Path, they accept long names
 from pathlib import Path
 
@@ -178,17 +177,6 @@ def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
     return "=" not in argument and (
         named or isdir(argument) or any(sign in argument for sign in "*?")
     )
-
-
-def files_of(patterns: Sequence[object]) -> list[Path]:
-    """The files of the patterns of `parts`; raises InputError for a pattern without files."""
-    found: list[Path] = []
-    for pattern in patterns:
-        files = sorted(glob(str(pattern), recursive=True))
-        if not files:
-            raise InputError(f"there is no file {pattern}", "parts")
-        found += map(Path, files)
-    return found
 
 
 def in_full(arguments: list[str]) -> list[str]:

@@ -3,11 +3,9 @@
 Exit codes: 0, or 2 for an invalid option.
 """
 
-import csv
 import json
 import logging
 import sys
-import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -16,17 +14,15 @@ from typing import Any
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from polycube import __version__, registry
-from polycube.cli.command import OTHER_FOLDER, command, files_of
+from polycube.cli.command import OTHER_FOLDER, command
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.training.any_evaluation import evaluate_any, evaluate_lattices
 from polycube.diffusion.training.data_module import JUDGED
-from polycube.diffusion.training.evaluation import by_context, by_tilt, evaluate, summary, threads
+from polycube.diffusion.training.evaluation import by_context, evaluate, summary, threads
 from polycube.diffusion.weights import load_denoiser, shipped
 from polycube.errors import InputError
 from polycube.io import manifest
-from polycube.io.surfaces import read_surface
 from polycube.pipeline.primitives import voxels
-from polycube.surface.measures import genus
 from polycube.types import Json
 
 logger = logging.getLogger(__name__)
@@ -66,11 +62,9 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]
     denoisers = {str(path or shipped()): load_denoiser(registry.build, path) for path in paths}
-    parts = files_of(cfg["parts"])
     rows: list[Row] = []
     for path, denoiser in denoisers.items():
         rows.append({"path": path, **_measured(denoiser, cfg)})
-        rows[-1]["parts"] = _parts(path, denoiser, parts, cfg)
         version = _short(path).replace("/", "_")
         curves = TensorBoardLogger(folder, name="tensorboard", version=version)
         curves.log_metrics(rows[-1]["columns"], step=0)
@@ -98,12 +92,7 @@ def table(rows: Sequence[Row]) -> str:
             cells = [_cell(columns, own.get(column, "")) for column in heads.values()]
             if any(cells):
                 lines.append([f"{_short(row['path'])}: {name}", *cells])
-    for row in rows:
-        if row["parts"]:
-            titles = ("part", "genus", "hint", "context", "cost", "seconds")
-            lines += [[], [f"{_short(row['path'])}: {titles[0]}", *titles[1:]], ["-"] * len(titles)]
-            lines += [[str(part[head]) for head in titles] for part in row["parts"]]
-    return "".join(f"| {' | '.join(line)} |\n" if line else "\n" for line in lines)
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def _cell(columns: Row, name: str) -> str:
@@ -136,12 +125,11 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
         return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as in the training
     made, columns = evaluate(denoiser, pairs, number, primitives, *how)
-    contexts, tilts = by_context(made, columns).items(), by_tilt(made, columns).items()
+    groups = by_context(made, columns).items()
     return {
         "threads": threads(),
         "columns": summary(columns),
-        "contexts": [{"context": list(context), **numbers} for context, numbers in contexts],
-        "tilts": [{"from": low, "to": high, **numbers} for (low, high), numbers in tilts],
+        "contexts": [{"context": list(context), **numbers} for context, numbers in groups],
     }
 
 
@@ -152,45 +140,6 @@ def _slabs(given: Any) -> tuple[int, int]:
         what = f"slabs must be the smallest and the largest number, such as [2, 5]; got {given!r}"
         raise InputError(what)
     return numbers[0], numbers[1]
-
-
-def _parts(path: str, denoiser: Denoiser, files: Sequence[Path], cfg: Json) -> list[Row]:
-    """Results of the structure plugin for surfaces with these weights.
-
-    There is no truth, so the rows have the smallest cost, and a description of the part from a
-    manifest if there is one.
-    """
-    config = {**cfg["structure"], "weights": path}
-    arguments = {"grid": denoiser.condition.grid, "primitives": voxels(denoiser.condition.cells)}
-    rows = []
-    for file in files:
-        propose = registry.build("structure", config, **arguments)
-        surface, _ = read_surface(file)
-        began = time.perf_counter()
-        candidates = propose(surface, ())
-        seconds = time.perf_counter() - began
-        best = min(candidates, key=lambda candidate: candidate.cost, default=None)
-        rows.append(
-            {
-                "part": file.name,
-                "genus": genus(surface),
-                "hint": _hint(file),
-                "context": best and ", ".join(name or "–" for name in best.polycube.context),
-                "cost": best and round(best.cost, 3),
-                "seconds": round(seconds, 2),
-            }
-        )
-    return rows
-
-
-def _hint(file: Path) -> str:
-    """Description of the polycube in the manifest in the folder of a part, if there is one."""
-    manifest = file.parent / "manifest.csv"
-    if not manifest.is_file():
-        return ""
-    with manifest.open(encoding="utf-8", newline="") as lines:
-        hints = {row["file"]: row["polycube_hint"] for row in csv.DictReader(lines)}
-    return hints.get(file.name, "")
 
 
 def _short(path: str) -> str:

@@ -60,24 +60,8 @@ def test_weights_and_checkpoint_in_one_table(
         assert (cell.strip() == "") == ("context" in TABLE[head] or "turned" in TABLE[head])
 
 
-@pytest.mark.slow
-def test_a_part_has_its_best_structure_and_the_hint(
-    trained: Path, testdata: Path, tmp_path: Path, capsys: pytest.CaptureFixture
-) -> None:
-    surface = testdata / "surfaces" / "ddpm_dice.obj"
-    few = ["structure.tried=3", "structure.frames=1", f"parts=[{surface}]"]
-    made = evaluate_weights(
-        config("evaluate", f"weights={trained / 'weights'}", *few, *SMALL), tmp_path
-    )
-    (part,) = made["weights"][0]["parts"]
-    assert (part["part"], part["genus"]) == ("ddpm_dice.obj", 0)
-    assert part["hint"] == "1 cube (dots as shallow dents)"
-    assert part["cost"] > 0 and part["seconds"] > 0 and "cube" in part["context"]
-    assert f"| {part['context']} | {part['cost']} |" in capsys.readouterr().out
-
-
 def test_missing_columns_are_empty_cells() -> None:
-    row = {"path": "a/weights/weights.safetensors", "columns": {"error": 0.25}, "parts": []}
+    row = {"path": "a/weights/weights.safetensors", "columns": {"error": 0.25}}
     cells = table([row]).splitlines()[2].split("|")[1:-1]
     assert cells[:2] == [" a ", " 0.250 "]
     assert not "".join(cells[2:]).strip()
@@ -91,7 +75,6 @@ def test_missing_columns_are_empty_cells() -> None:
             (["weights=nowhere"], "error: no weights at nowhere"),
             (["pairs=0"], "error: pairs must be a whole number, 1 or more; got 0"),
             (["batch_size=two"], "error: batch_size must be a whole number, 1 or more; got 'two'"),
-            (["parts=[nothing*.stl]"], "error: parts: there is no file nothing*.stl"),
             (
                 ["slabs=[5,2]"],
                 "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",

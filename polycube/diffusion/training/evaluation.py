@@ -8,7 +8,6 @@ network taken into account (`structure.projection`). Distances are in cells.
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TypeVar
 
 import numpy as np
 import torch
@@ -24,7 +23,6 @@ from polycube.structure.projection import TRUST, log_probability, project_onto
 from polycube.surface.frames import rotations
 from polycube.types import Polycube
 
-Key = TypeVar("Key")
 Columns = dict[str, np.ndarray]  # (N,) for the points of a pair, or (1,) for the pair
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
@@ -105,21 +103,12 @@ def summary(columns: Sequence[Columns]) -> dict[str, float]:
 
 def by_context(made: Sequence[Pair], columns: Sequence[Columns]) -> dict[Context, dict[str, float]]:
     """`summary` of the pairs of each context."""
-    return _grouped([pair.context for pair in made], columns)
-
-
-def by_tilt(
-    made: Sequence[Pair], columns: Sequence[Columns], parts: int = 4
-) -> dict[tuple[float, float], dict[str, float]]:
-    """`summary` of groups of equally many pairs, from boxes to balls.
-
-    The groups are sorted by the mean angle, in degrees, between the geometry and its polycube face:
-    0 for a box, 32 for a ball aligned with its cube.
-    """
-    tilt = np.array([_tilt(pair) for pair in made])
-    edges = np.quantile(tilt, np.linspace(0, 1, parts + 1)).round(1)
-    part = np.clip(np.searchsorted(edges, tilt, side="right") - 1, 0, parts - 1)
-    return _grouped([(float(edges[i]), float(edges[i + 1])) for i in part], columns)
+    groups: dict[Context, list[Columns]] = defaultdict(list)
+    for pair, found in sorted(
+        zip(made, columns, strict=True), key=lambda each: str(each[0].context)
+    ):
+        groups[pair.context].append(found)
+    return {context: summary(group) for context, group in groups.items()}
 
 
 def point_columns(
@@ -196,19 +185,6 @@ def _context_columns(
                 top = {"top1": rank < 1, "top3": rank < 3, "top1_any_genus": ahead.sum() == 1}
                 found[i] |= {f"{name}_{end}": np.array([is_top]) for end, is_top in top.items()}
     return found
-
-
-def _grouped(keys: Sequence[Key], columns: Sequence[Columns]) -> dict[Key, dict[str, float]]:
-    groups: dict[Key, list[Columns]] = defaultdict(list)
-    for key, found in sorted(zip(keys, columns, strict=True), key=lambda pair: str(pair[0])):
-        groups[key].append(found)
-    return {key: summary(group) for key, group in groups.items()}
-
-
-def _tilt(pair: Pair) -> float:
-    axis, side = np.divmod(pair.labels[:, 0], 2)
-    along = pair.normals[np.arange(len(axis)), axis] * (1 - 2 * side)
-    return float(np.degrees(np.arccos(np.clip(along, -1, 1))).mean())
 
 
 def _batches(made: Sequence[Pair], size: int) -> Iterator[list[int]]:

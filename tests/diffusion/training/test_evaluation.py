@@ -16,7 +16,6 @@ from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training.evaluation import (
     Columns,
     by_context,
-    by_tilt,
     evaluate,
     point_columns,
     summary,
@@ -175,9 +174,6 @@ def test_the_same_points_are_counted_whatever_the_batches(
     contexts = by_context(made, columns)
     assert set(contexts) == set(pairs.contexts)
     assert np.mean([group["error"] for group in contexts.values()]) == pytest.approx(total)
-    tilts = by_tilt(made, columns, parts=4)
-    assert [low for low, _ in tilts] == sorted(low for low, _ in tilts) and len(tilts) == 4
-    assert np.mean([group["error"] for group in tilts.values()]) == pytest.approx(total, rel=0.05)
 
 
 @pytest.mark.slow
