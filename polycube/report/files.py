@@ -33,7 +33,7 @@ OF_PHASE = {  # files written by each phase of a run
     "meshing": ("labels.vtp", "hex.vtu"),
     "spline": ("spline.bext", "spline.bxt", "spline.vtu", "spline.npz", "modal.k"),
     "analysis": ("modes.vtu", "modes.csv", "static.vtu", "poisson.vtu"),
-    "report": ("report.html", "trajectory.png", "trajectory.gif"),
+    "report": ("report.html", "trajectory.png"),
 }
 ARRAYS = ("control", "nodes", "element_hex", "level", "sides", "patch")  # in spline.npz
 CSR = ("data", "indices", "indptr")  # arrays of the extraction matrix in it

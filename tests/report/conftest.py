@@ -9,7 +9,7 @@ from scipy.sparse import identity
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.registry import build
-from polycube.report.pictures.pictures import denoising, pictures
+from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
 from polycube.structure.lattice import boundary, cell_of_box, lattice
 from polycube.types import Deformation, HexMesh, Labels, Modes, Polycube, Spline, TriMesh
@@ -101,12 +101,6 @@ def drawn(run: RunState) -> dict[str, bytes]:
     """Pictures of the run, drawn once for all tests."""
     pytest.importorskip("pyvista")
     return pictures(run)
-
-
-@pytest.fixture(scope="session")
-def moving(drawn: dict[str, bytes]) -> dict[str, bytes]:
-    """Strip and animation of the run's denoising."""
-    return denoising(drawn)
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ from polycube.report.page.hexes import hex_counts, hexes
 from polycube.report.page.sets import sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
-from polycube.report.pictures.pictures import denoising, pictures
+from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
 from polycube.types import Json
 
@@ -32,10 +32,10 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
     report : the numbers of `report.json`, and the settings under "config"
     drawing : whether to draw pictures, which takes seconds; the 3D view is always included
 
-    A denoising is also drawn to `trajectory.png` and `trajectory.gif`.
+    A denoising is also drawn to `trajectory.png`.
     """
     drawn = pictures(state, problem_of(report.get("config", {}))) if drawing else {}
-    moving = denoising(drawn)
+    moving = {"trajectory.png": drawn["denoising"]} if "denoising" in drawn else {}
     here = {name for name in manifest.files(folder) if "/" not in name}
     here |= {*moving, "report.json", "config.json"}
     parts = [

@@ -62,8 +62,7 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
             found["cells"] = partial(scenes.decomposed, mesh)
     if state.polycube is not None and state.trajectory is not None:
         denoised = state.polycube, state.trajectory, state.steps
-        found["denoising_strip"] = partial(trajectory.Strip, *denoised)
-        found["denoising"] = partial(trajectory.Animation, *denoised)
+        found["denoising"] = partial(trajectory.Trajectory, *denoised)
     if spline is not None:
         found["spline"] = partial(scenes.spline_boundary, spline)
         if state.solution is not None:
@@ -82,12 +81,6 @@ def pictures(state: RunState, problem: Problem | None = None) -> dict[str, bytes
         except Exception as error:
             logger.warning("no picture of %s: %s", name, error)
     return draw(found)
-
-
-def denoising(drawn: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Files of the denoising among the pictures that were drawn."""
-    files = {"trajectory.png": "denoising_strip", "trajectory.gif": "denoising"}
-    return {file: drawn[name] for file, name in files.items() if name in drawn}
 
 
 def draw(found: Mapping[str, Picture], seconds: float = 120) -> dict[str, bytes]:

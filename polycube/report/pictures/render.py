@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import pickle
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -20,7 +19,6 @@ import numpy as np
 from polycube.report.pictures.colours import EDGE
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
     from pyvista import Plotter
 
 EYE = (0.75, -1.0, 0.62)  # from the centre of the model towards the eye; z is up
@@ -140,11 +138,8 @@ def stage(width: int, height: int) -> Plotter:
     return plotter
 
 
-def look(plotter: Plotter, points: np.ndarray, scale: float | None = None) -> None:
-    """Parallel projection along `EYE` to the middle of points.
-
-    scale : half the height of the picture; None: all points are seen
-    """
+def look(plotter: Plotter, points: np.ndarray) -> None:
+    """Parallel projection along `EYE` to the middle of points, all of which are seen."""
     seen = points @ view().T
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = (low + high) / 2 @ view()
@@ -152,7 +147,7 @@ def look(plotter: Plotter, points: np.ndarray, scale: float | None = None) -> No
     plotter.renderer.enable_parallel_projection()
     plotter.camera_position = [middle + distance * view()[2], middle, (0, 0, 1)]
     width, height = (high - low)[:2]
-    plotter.camera.parallel_scale = scale or 0.52 * max(height, width * SIZE[1] / SIZE[0])
+    plotter.camera.parallel_scale = 0.52 * max(height, width * SIZE[1] / SIZE[0])
     plotter.renderer.ResetCameraClippingRange()
 
 
@@ -200,22 +195,14 @@ def _save(image: np.ndarray, path: Path) -> None:
 
 
 def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
-    from PIL.Image import fromarray
+    """Write an endless GIF with 64 colours of its first frame."""
+    from PIL.Image import Dither, fromarray
 
     used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
     rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
     box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     images = [fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
-    write_gif(images, images[0], path, milliseconds)
-
-
-def write_gif(
-    images: Sequence[Image], example: Image, path: Path, milliseconds: int | list[int]
-) -> None:
-    """Write an endless GIF with 64 colours of an example."""
-    from PIL.Image import Dither
-
-    palette = example.quantize(64)
+    palette = images[0].quantize(64)
     first, *others = [each.quantize(palette=palette, dither=Dither.NONE) for each in images]
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0)
 

@@ -1,32 +1,27 @@
-"""Pictures of the denoising as in the paper: a strip of recorded states, and an animation.
+"""Picture of the denoising as in the paper: a strip of recorded states.
 
-Every sample point is a small sphere with the colour of its position on the regular polycube, so
-that it can be followed; points on sides that face away are pale. All panels and frames have the
-same view and scale, and show the edges of the polycube.
+Every sample point is a small disc with the colour of its position on the regular polycube, so that
+it can be followed; points on sides that face away are pale. All panels have the same
+view and scale, and show the edges of the polycube.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.report.pictures.colours import EDGE, PLACES, SURFACE, ramp
-from polycube.report.pictures.render import counted, look, shot, stage, view, write_gif
+from polycube.report.pictures.colours import EDGE, PLACES, ramp
+from polycube.report.pictures.render import view
 from polycube.structure.lattice import boundary, edges
 from polycube.structure.projection import project
 from polycube.types import Polycube
 
-if TYPE_CHECKING:
-    from PIL.Image import Image as Picture
-
-PANEL, FRAME = 330, 360  # pixels across a panel of the strip, and across the animation
-MARGIN, LABEL = 14, 40  # pixels around the points, and for a line of labels
-BETWEEN = 20  # frames between the states, distributed by the displacement of the points
-PAUSE, STEP = 800, 70  # milliseconds at a state, and at a frame between
-SAMPLES = 2  # samples along the edge of a pixel
+WIDTH, DPI = 330, 100  # pixels across a picture, and in an inch
+SIZE = 0.5  # width of a point, times the root of the number of points, in widths of the picture
+LABEL = 40  # pixels for its label
+MARGIN = 0.06  # of the extent around the points
 PALE = 0.7  # share of white in the colour of points on sides that face away
 FAR = "#bcbfc3"  # colour of edges that face away: EDGE with this share of white
 
@@ -50,97 +45,56 @@ class Trajectory:
 
     @property
     def names(self) -> list[str]:
-        """Labels of the stations; `_` precedes an index."""
+        """Labels of the stations, as formulas of matplotlib."""
         n = len(self.states) - 1
         known = len(self.steps) == len(self.states)
         between = self.steps[1:-1] if known else [f"({i}/{n})" for i in range(1, n)]
-        return [*(f"x_{t}" for t in ("T", *between, 0)), "regular"]
+        return [*(f"$x_{{{t}}}$" for t in ("T", *between, 0)), "regular"]
+
+    def draw(self, folder: Path, name: str) -> None:
+        """Write a PNG file of the stations side by side with their labels."""
+        from PIL import Image
+
+        camera = Camera(self)
+        panels = [camera(*each) for each in zip(self.stations, self.names, strict=True)]
+        Image.fromarray(np.hstack(panels)).quantize(256).save(folder / f"{name}.png", optimize=True)
 
 
 class Camera:
-    """Pictures of a trajectory, `width` pixels across, with a fixed view and scale."""
+    """Labelled pictures of a trajectory, `WIDTH` pixels across, with a fixed view and scale."""
 
-    def __init__(self, trajectory: Trajectory, width: int) -> None:
-        import pyvista
+    def __init__(self, trajectory: Trajectory) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.collections import LineCollection
+        from matplotlib.figure import Figure
 
-        lines, lines_face = _outline(trajectory.polycube)
-        points = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)])
-        extent = np.ptp(points @ view().T, axis=0)
-        scale = (width - 2 * MARGIN) / extent[0]  # pixels for a unit
-        height = int(scale * extent[1]) + 2 * MARGIN
-        self.plotter = stage(SAMPLES * width, SAMPLES * height)
-        self.plotter.renderer.set_background("white")
-        for ends, colour in ((lines[~lines_face], FAR), (lines[lines_face], EDGE)):
-            if len(ends):
-                pairs = np.arange(2 * len(ends)).reshape(-1, 2)
-                drawn = pyvista.PolyData(ends.reshape(-1, 3), lines=counted(pairs))
-                self.plotter.add_mesh(drawn, color=colour, line_width=1.5 * SAMPLES)
+        lines, faces_eye = _outline(trajectory.polycube)
+        seen = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)]) @ view().T
+        low, high = seen.min(axis=0)[:2], seen.max(axis=0)[:2]
+        gap = MARGIN * (high - low).max()
+        size = high - low + 2 * gap
+        height = WIDTH * size[1] / size[0]
+        figure = Figure((WIDTH / DPI, (height + LABEL) / DPI), dpi=DPI)
+        self.canvas = FigureCanvasAgg(figure)
+        self.axes = figure.add_axes((0, 0, 1, height / (height + LABEL)))
+        self.axes.set(xlim=(low[0] - gap, high[0] + gap), ylim=(low[1] - gap, high[1] + gap))
+        self.axes.set_axis_off()
+        for ends, colour in ((lines[~faces_eye], FAR), (lines[faces_eye], EDGE)):
+            edges_seen = list((ends @ view().T)[..., :2])
+            self.axes.add_collection(LineCollection(edges_seen, colors=colour, zorder=0))
         self.colours = _colours(trajectory.polycube, trajectory.regular)
-        self.points = pyvista.PolyData(trajectory.regular.copy())
-        self.points["colour"] = self.colours
-        self.plotter.add_mesh(
-            self.points,
-            scalars="colour",
-            rgb=True,
-            render_points_as_spheres=True,
-            ambient=0.35,
-            point_size=0.9 * SAMPLES * width / np.sqrt(len(trajectory.regular)),
-        )
-        look(self.plotter, points, height / scale / 2)
+        wide = SIZE * WIDTH / np.sqrt(len(self.colours)) * 72 / DPI  # in units of 1/72 inch
+        self.points = self.axes.scatter([], [], wide**2, linewidths=0)
 
-    def __call__(self, points: np.ndarray) -> Picture:
-        """Picture of points (N, 3) and the edges of the polycube."""
-        from PIL import Image
-
-        self.points.points = points
-        self.plotter.render()
-        return Image.fromarray(shot(self.plotter)).reduce(SAMPLES)
-
-
-class Strip(Trajectory):
-    """The stations side by side with their labels."""
-
-    def draw(self, folder: Path, name: str) -> None:
-        """Write a PNG file."""
-        from PIL import Image
-
-        camera, names = Camera(self, PANEL), self.names
-        panels = [camera(points) for points in self.stations]
-        camera.plotter.close()
-        strip = Image.new("RGB", (PANEL * len(names), LABEL + panels[0].height), "white")
-        for i, (panel, text) in enumerate(zip(panels, names, strict=True)):
-            strip.paste(panel, (PANEL * i, LABEL))
-            _write(strip, text, (PANEL * i + PANEL // 2, LABEL // 2), size=20)
-        strip.quantize(256).save(folder / f"{name}.png", optimize=True)
-
-
-class Animation(Trajectory):
-    """The points move in straight lines from station to station."""
-
-    def draw(self, folder: Path, name: str) -> None:
-        """Write an endless GIF file."""
-        from PIL import Image, ImageDraw
-
-        stations, names = self.stations, self.names
-        camera, share = Camera(self, FRAME), FRAME / len(names)
-        height = camera(stations[0]).height
-        line = height + 6
-        ground = Image.new("RGB", (FRAME, height + LABEL), "white")
-        ImageDraw.Draw(ground).line([share / 2, line, FRAME - share / 2, line], SURFACE, 2)
-        for k, text in enumerate(names):
-            _write(ground, text, (int(share * (k + 0.5)), line + 20), size=14)
-        frames, times = [], _times(stations)
-        for time in times:
-            i = min(int(time), len(stations) - 2)
-            frame = ground.copy()
-            points = stations[i] + (time - i) * (stations[i + 1] - stations[i])
-            frame.paste(camera(points), (0, 0))
-            x = share * (time + 0.5)
-            ImageDraw.Draw(frame).ellipse([x - 5, line - 5, x + 5, line + 5], EDGE)
-            frames.append(frame)
-        camera.plotter.close()
-        wait = [PAUSE if time == int(time) else STEP for time in times]
-        write_gif(frames, frames[-1], folder / f"{name}.gif", wait)
+    def __call__(self, points: np.ndarray, label: str = "") -> np.ndarray:
+        """(height, width, 3) uint8 picture of points (N, 3) and the edges of the polycube."""
+        seen = points @ view().T
+        order = seen[:, 2].argsort()  # the nearest ones last
+        self.points.set_offsets(seen[order, :2])
+        self.points.set_facecolor(self.colours[order] / 255)
+        self.axes.set_title(label)
+        self.canvas.draw()
+        return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
 
 def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
@@ -168,25 +122,3 @@ def _colours(polycube: Polycube, regular: np.ndarray) -> np.ndarray:
     light = 0.65 + 0.35 * np.delete(place, longest, axis=1).mean(axis=1, keepdims=True)
     white = PALE * ~_towards(project(polycube, regular)[1])[:, None]
     return (ramp(place[:, longest], PLACES) * light * (1 - white) + 255 * white).astype(np.uint8)
-
-
-def _times(stations: np.ndarray) -> list[float]:
-    """Times of the frames in stations, denser where the points move more."""
-    way = np.linalg.norm(np.diff(stations, axis=0), axis=-1).mean(axis=1)
-    times = [0.0]
-    for i, share in enumerate(way / max(way.sum(), 1e-300)):
-        n = 1 + round(BETWEEN * share)
-        times += (i + np.arange(1, n + 1) / n).tolist()
-    return times
-
-
-def _write(image: Picture, name: str, middle: tuple[int, int], size: int) -> None:
-    """Write a name into an image, with what follows `_` as its index."""
-    from PIL import ImageDraw, ImageFont
-
-    word, _, index = name.partition("_")
-    large, small = (ImageFont.load_default(each) for each in (size, 0.7 * size))
-    draw, (x, y) = ImageDraw.Draw(image), middle
-    left = x - (large.getlength(word) + small.getlength(index)) / 2
-    draw.text((left, y), word, EDGE, large, anchor="lm")
-    draw.text((left + large.getlength(word), y + 0.3 * size), index, EDGE, small, anchor="lm")

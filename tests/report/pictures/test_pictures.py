@@ -23,7 +23,7 @@ def pixels(png: bytes) -> np.ndarray:
 @pytest.mark.slow
 def test_every_part_of_a_finished_run_is_drawn(drawn) -> None:
     names = {"input", "polycube", "labels", "hex", "cut", "worst", "cells", "deviation", "sets"}
-    assert set(drawn) == names | {"spline", "mode_6", "mode_7", "denoising", "denoising_strip"}
+    assert set(drawn) == names | {"spline", "mode_6", "mode_7", "denoising"}
 
 
 @pytest.mark.slow
