@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 FEW = 1.0  # work to mesh any structure
 EACH = 0.8  # work to mesh a thousand hexes
+CURE = 0.2  # work to improve any mesh
 EACH_CURE = 0.02  # work to improve one poor hex
+EACH_FURTHER = 0.002  # work to improve one hex below the goal
 # work to propose the structures of a tier, with their ranking
 PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
 # probability that a structure of a tier is the one to mesh
@@ -121,7 +123,10 @@ def cure(move: Cure, history: History) -> Expected:
     outcome = history.outcomes[move.of]
     mesh, missed = outcome.state.hexes, outcome.verdict.shortfall
     assert mesh is not None
-    poor = int((scaled_jacobian(mesh.vertices, mesh.hexes) < Goal.weak_jacobian).sum())
+    jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
+    poor, further = (
+        (jacobian < limit).sum() for limit in (Goal.weak_jacobian, Goal.scaled_jacobian)
+    )
     invalid = missed.get("validity", 0.0)
     failed = sum(
         type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes
@@ -130,7 +135,10 @@ def cure(move: Cure, history: History) -> Expected:
     behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
     success = MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed if invalid else 1.0
     success *= REPLACED if "features" in missed else 1
-    return Expected(success * max(0.0, gain - behind), FEW + EACH_CURE * poor)
+    return Expected(
+        success * max(0.0, gain - behind),
+        CURE + EACH_CURE * float(poor) + EACH_FURTHER * float(further),
+    )
 
 
 def again(move: Again, history: History) -> Expected:
