@@ -14,14 +14,6 @@ from polycube.cli.terminal import ending_with_reader
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def view_command() -> None:
-    """`polycube-view`, `python -m polycube.view`."""
-    from polycube.cli.view import main
-
-    with ending_with_reader():
-        main()
-
-
 def desk_command() -> None:
     """`polycube-desk`, `python -m polycube.desk`."""
     from polycube.cli.desk import main

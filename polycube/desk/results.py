@@ -5,11 +5,12 @@ from pathlib import Path
 
 from nicegui import ui
 
-from polycube.cli.view import MOST, write_view
 from polycube.desk.process import RESULTS, earlier
 from polycube.errors import InputError
+from polycube.report.page.views.comparison import write_view
 
 ADDRESS = "/results"
+MOST = 12  # largest number of results side by side: browsers draw 16 3D views at most
 
 
 class ResultsView:
@@ -66,10 +67,9 @@ class ResultsView:
         return []
 
     async def _compare(self) -> None:
-        chosen, page = self._chosen(), self._folder / RESULTS / "view.html"
         try:
-            if chosen:
-                self._frame(await asyncio.to_thread(write_view, chosen, page))
+            if chosen := self._chosen():
+                self._frame(await asyncio.to_thread(write_view, chosen, self._folder / RESULTS))
         except InputError as error:
             ui.notify(str(error))
 

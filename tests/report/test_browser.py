@@ -11,7 +11,7 @@ from polycube.report.numbers import quality
 from polycube.report.page import html
 from polycube.report.page.html import summary_page, write_report
 from polycube.report.page.views import viewer
-from polycube.report.page.views.comparison import comparison_page
+from polycube.report.page.views.comparison import write_view
 from tests.fixtures import browser
 from tests.fixtures.hexmeshes import hex_box, hex_cylinder
 
@@ -186,8 +186,7 @@ def test_results_side_by_side_move_together(window, run, tmp_path) -> None:
         shown = viewer.viewer(mesh, run.surface)
         (folder / "report.html").write_text(html.page(folder.name, shown), encoding="utf-8")
         (folder / "report.json").write_text('{"valid": true}')
-    path = tmp_path / "view.html"
-    path.write_text(comparison_page(folders, tmp_path), encoding="utf-8")
+    path = write_view(folders, tmp_path)
     window.media()
     window.size(1280, 900)
     window.messages.clear()

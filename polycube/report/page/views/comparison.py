@@ -9,6 +9,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from polycube.errors import InputError
+from polycube.io import manifest
 from polycube.report.numbers.verdict import tiles, verdict
 from polycube.report.page.html import page
 from polycube.report.page.templates import Link, render
@@ -17,19 +18,26 @@ PAGE = "view.html"
 VIEWER = re.compile(r'<div class="viewer">.*?</script>\s*</div>', re.DOTALL)
 
 
-def comparison_page(folders: Sequence[Path], page_folder: Path) -> str:
-    """HTML of the page.
+def write_view(results: Sequence[Path], folder: Path) -> Path:
+    """Write `folder/view.html`.
 
     Parameters
     ----------
-    folders : folders of results, whose reports have the views
-    page_folder : folder of the page, from which its links start
+    results : folders of results, whose reports have the views
 
     Raises
     ------
     InputError
-        If a report has no 3D view, or if its numbers cannot be read.
+        If a report has no 3D view, if its numbers cannot be read, or if the page would overwrite a
+        file of the user.
     """
+    text = _page(results, folder)
+    with manifest.writing(folder) as scratch:
+        (scratch / PAGE).write_text(text, encoding="utf-8")
+    return folder / PAGE
+
+
+def _page(folders: Sequence[Path], page_folder: Path) -> str:
     parent = Path(os.path.commonpath([folder.resolve() for folder in folders]))
     names = [folder.resolve().relative_to(parent).as_posix() for folder in folders]
     links = []

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from polycube.cli.view import MOST, main, write_view
 from polycube.errors import InputError
 from polycube.report.page.html import page
+from polycube.report.page.views.comparison import write_view
 from polycube.report.page.views.viewer import viewer
 from tests.fixtures.hexmeshes import hex_box
 
@@ -33,9 +33,9 @@ def result(folder: Path, html: str) -> None:
     (folder / "report.json").write_text(json.dumps(REPORT))
 
 
-def test_all_results_of_a_folder_are_shown_with_their_numbers(results: Path, capsys) -> None:
-    main([str(results), "--no-browser"])
-    assert capsys.readouterr().out == f"{results / 'view.html'}\n"
+def test_all_results_are_shown_with_their_numbers(results: Path) -> None:
+    chosen = [results / name for name in ("b & c", "coarse/a", "fine/a")]
+    assert write_view(chosen, results) == results / "view.html"
     text = (results / "view.html").read_text(encoding="utf-8")
     assert text.count('<div class="viewer">') == 3
     assert "<title>3 results: polycube report</title>" in text
@@ -46,49 +46,30 @@ def test_all_results_of_a_folder_are_shown_with_their_numbers(results: Path, cap
 
 def test_links_start_at_the_page(results: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    folders = [Path("results/fine/a"), results / "coarse", results / "fine"]
-    assert write_view(folders) == Path("view.html")
+    write_view([Path("results/fine/a"), results / "coarse/a"], Path())
     text = Path("view.html").read_text(encoding="utf-8")
-    assert text.count('<div class="viewer">') == 2  # one was named twice
     assert 'href="results/fine/a/report.html">fine/a<' in text
-    write_view([Path("results/fine/a")], Path("other/page.html"))
-    text = Path("other/page.html").read_text(encoding="utf-8")
+    write_view([Path("results/fine/a")], Path("other"))
+    text = Path("other/view.html").read_text(encoding="utf-8")
     assert 'href="../results/fine/a/report.html">a<' in text
 
 
-def test_the_page_opens(results: Path, monkeypatch) -> None:
-    opened = []
-    monkeypatch.setattr("webbrowser.open", opened.append)
-    main([str(results)])
-    assert opened == [(results / "view.html").resolve().as_uri()]
-
-
 def test_a_file_of_the_user_is_kept(results: Path) -> None:
-    write_view([results])
-    write_view([results])  # its own page is replaced
+    chosen = [results / "fine/a"]
+    write_view(chosen, results)
+    write_view(chosen, results)  # its own page is replaced
     (results / "view.html").write_text("mine")
-    with pytest.raises(InputError, match=r"view.html would be overwritten.*another --output"):
-        write_view([results])
+    with pytest.raises(InputError, match=r"view.html would be overwritten"):
+        write_view(chosen, results)
     assert (results / "view.html").read_text() == "mine"
 
 
-def test_refusals_are_one_sentence(results: Path, html: str, tmp_path: Path, capsys) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main([str(tmp_path / "none")])
-    assert ended.value.code == 2
-    assert capsys.readouterr().err == f"error: {tmp_path / 'none'}: there is no such folder\n"
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"empty: it contains no report.html; name the output"):
-        write_view([tmp_path / "empty"])
+def test_refusals_are_one_sentence(results: Path) -> None:
     for damaged in ("[", "[]", '{"valid": true, "hex": 5}'):
         (results / "fine/a/report.json").write_text(damaged)
         with pytest.raises(InputError, match=r"report.json: it is not the report of a run"):
-            write_view([results])
+            write_view([results / "fine/a"], results)
     (results / "coarse/a/report.html").write_text("<p>failed</p>")
     with pytest.raises(InputError, match=r"report.html: it has no 3D view .* run infer.py again"):
-        write_view([results / "coarse"])
-    for number in range(MOST + 1):
-        result(tmp_path / "many" / str(number), html)
-    with pytest.raises(InputError, match=r"13 results are too many for a page; name at most 12"):
-        write_view([tmp_path / "many"])
-    assert not list(tmp_path.rglob("view.html"))
+        write_view([results / "coarse/a"], results)
+    assert not list(results.rglob("view.html"))
