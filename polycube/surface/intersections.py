@@ -64,7 +64,7 @@ def overlapping_boxes(
     Parameters
     ----------
     tree : Tree
-        Box tree of the T triangles.
+        Box tree of the T triangles, without groups.
     faces : (T, 3) int array
         Vertices of the triangles.
     shared : int
