@@ -106,7 +106,7 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             f"increase cad.segments={options.segments}"
         )
     if options.threads == "absorb":
-        surface, replaced = without_threads(surface)
+        surface, replaced = without_threads(surface, unit or "")
         notes += replaced
     return surface, notes
 

@@ -30,14 +30,14 @@ def threaded(folder):
 
 
 def test_the_thread_of_a_screw_becomes_its_shank(threaded):
-    found, notes = without_threads(threaded)
+    found, notes = without_threads(threaded, "mm")
     assert volume(threaded) < 0.96 * SCREW
     assert abs(volume(found) / SCREW - 1) < 0.005
     assert is_closed(found.faces) and not len(misoriented_edges(found.faces)) and genus(found) == 0
     assert not len(self_intersections(found))
     assert notes == [
-        "a thread with a diameter of 6 and a pitch of 1 is replaced by a cylinder, as "
-        "cad.threads=absorb says"
+        "a thread with a diameter of 6 mm and a pitch of 1 mm is replaced by its cylinder; "
+        "cad.threads=keep keeps it"
     ]
     shapes = [found.region_shapes[number - 1] for number in np.unique(found.region)]
     assert sorted(shapes) == ["cone", "cylinder", "cylinder", "plane", "plane", "plane"]
@@ -62,7 +62,7 @@ def test_a_moved_and_turned_screw_is_the_same(threaded):
 @pytest.mark.slow
 def test_the_thread_of_a_hole_becomes_the_hole(folder):
     found, notes = read_cad(folder / "tapped_block.step", Cad())
-    assert "diameter of 8 and a pitch of 1.25 is replaced" in notes[0]
+    assert "diameter of 8 mm and a pitch of 1.25 mm is replaced" in notes[0]
     assert abs(volume(found) / BLOCK - 1) < 0.001
     assert genus(found) == 1 and not len(self_intersections(found))
     assert sorted(np.unique(found.region)) == [1, 2, 3, 4, 5, 6, _only("cylinder", found)]
@@ -72,7 +72,7 @@ def test_the_thread_of_a_hole_becomes_the_hole(folder):
 def test_a_thread_with_a_hole_across_it_is_kept(folder):
     path = folder / "crossed_screw.step"
     found, notes = read_cad(path, Cad())
-    assert notes[0].endswith("pitch of 1 is kept: other faces cut into its cylinder")
+    assert notes[0].endswith("pitch of 1 mm is kept: other faces cut into its cylinder")
     assert np.array_equal(found.faces, read_cad(path, Cad(threads="keep"))[0].faces)
 
 

@@ -80,8 +80,11 @@ class Thread:
         return bool(is_parallel and is_near and self.depth * other.depth > 0)
 
 
-def without_threads(surface: TriMesh) -> tuple[TriMesh, list[str]]:
-    """A surface with CAD faces, with cylinders instead of its threads, and what was replaced."""
+def without_threads(surface: TriMesh, unit: str = "") -> tuple[TriMesh, list[str]]:
+    """A surface with CAD faces, with cylinders instead of its threads, and what was replaced.
+
+    unit : unit of the lengths, for these sentences
+    """
     found: list[Thread] = []
     for flank in _flanks(surface):
         same = [i for i, thread in enumerate(found) if thread.is_coaxial(flank)]
@@ -89,14 +92,13 @@ def without_threads(surface: TriMesh) -> tuple[TriMesh, list[str]]:
         found.append(replace(first, flanks=first.flanks + flank.flanks))
     notes = []
     for thread in found:
-        what = (
-            f"a thread with a diameter of {2 * thread.radius:.4g} and a pitch of {thread.pitch:.3g}"
-        )
+        size, pitch = f"{2 * thread.radius:.4g} {unit}", f"{thread.pitch:.3g} {unit}"
+        what = f"a thread with a diameter of {size.rstrip()} and a pitch of {pitch.rstrip()} is"
         try:
             surface = _replaced(surface, thread)
-            notes.append(f"{what} is replaced by a cylinder, as cad.threads=absorb says")
+            notes.append(f"{what} replaced by its cylinder; cad.threads=keep keeps it")
         except InputError as error:
-            notes.append(f"{what} is kept: {error}")
+            notes.append(f"{what} kept: {error}")
     return surface, notes
 
 
