@@ -15,6 +15,7 @@ from polycube.errors import InputError
 from polycube.io.polygons.division import triangulated
 from polycube.surface.measures import area_vectors, between_faces, half_edges, unit
 from polycube.surface.repair.clean import compact
+from polycube.surface.repair.holes import loops
 from polycube.types import TriMesh
 
 RESIDUAL = 0.03  # largest n . (v + w x x) of a flank, for unit velocities (root mean square)
@@ -157,18 +158,21 @@ def _replaced(surface: TriMesh, thread: Thread) -> TriMesh:
     old = np.append(np.setdiff1d(touched, region[is_beside]), thread.flanks)
     is_old = np.isin(region, old)
     is_rim = is_old[own // 3] & ~is_old[across // 3]
-    loops = _loops(half_edges(surface.faces)[own[is_rim]], region[across[is_rim] // 3])
-    turns = [np.unwrap(angle[[*at, at[0]]]) for at, _ in loops]
-    whole = [float(turn[-1] - turn[0]) / (2 * np.pi) for turn in turns]
-    if len(loops) != 2 or not np.allclose(sorted(whole), [-1, 1]):
-        raise InputError("other faces cut into its cylinder")
+    beside = np.zeros(len(radius), np.int64)  # CAD face across the edge that begins at a vertex
+    beside[half_edges(surface.faces)[own[is_rim], 0]] = region[across[is_rim] // 3]
     kept = TriMesh(surface.vertices, surface.faces[~is_old])
+    ends = loops(kept.faces)
+    turns = [np.unwrap(angle[[*at, at[0]]]) for at in ends]
+    whole = [float(turn[-1] - turn[0]) / (2 * np.pi) for turn in turns]
+    if len(ends) != 2 or not np.allclose(sorted(whole), [-1, 1]):
+        raise InputError("other faces cut into its cylinder")
     normal = np.zeros_like(kept.vertices)
     np.add.at(normal, kept.faces, area_vectors(kept)[:, None])
     vertices, faces, regions, rings = kept.vertices, [kept.faces], [region[~is_old]], []
     for i in np.argsort(whole)[::-1]:  # with ascending angles first
-        records, filled = _ahead(kept.vertices, normal, loops[i][0], whole[i] * turns[i][:-1])
-        at, face = (each[records] for each in loops[i])
+        records, filled = _ahead(kept.vertices, normal, ends[i], whole[i] * turns[i][:-1])
+        at = ends[i][records]
+        face = beside[at]
         step = thread.radius - radius[at]
         is_new = abs(step) > near
         lean, along = thread.leaning(normal[at], angle[at]), normal[at] @ thread.frame[2]
@@ -235,14 +239,3 @@ def _between(lower: np.ndarray, low: np.ndarray, upper: np.ndarray, high: np.nda
     (a, b), up = rings, np.minimum(j + 1, len(upper))
     along = np.stack([a[i], a[np.minimum(i + 1, len(lower))], b[j]], axis=1)
     return np.where(is_lower[:, None], along, np.stack([b[up], b[j], a[i]], axis=1))
-
-
-def _loops(edges: np.ndarray, face: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Closed sequences of edges (N, 2): their first vertices, and the CAD face (N,) of each."""
-    left, loops = {int(start): i for i, start in enumerate(edges[:, 0])}, []
-    while left:
-        loop = [left.pop(next(iter(left)))]
-        while int(edges[loop[-1], 1]) in left:
-            loop.append(left.pop(int(edges[loop[-1], 1])))
-        loops.append((edges[loop, 0], face[loop]))
-    return loops
