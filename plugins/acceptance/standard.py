@@ -24,6 +24,7 @@ DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 SOME_LOST = 0.4  # shortfall of lost features, whatever their number
 # more for their weighted share: at most the first, half of it for the second
 ALL_LOST, HALF_LOST = 1.2, 0.1
+MISSED = 0.02  # shortfall of a scaled Jacobian that is just below the wanted one
 FORCED = 0.9  # share of the sine of an acute angle of the part that a hex there reaches
 
 
@@ -36,11 +37,11 @@ class Standard(Goal, Acceptance):
     distance of a valid mesh from the goal is a sum: of the share of lost features of a CAD part,
     each weighted by its excess over the permitted distance (without CAD faces, of the distance of
     sharp edges); of the relative distance of the worst hex from the wanted scaled Jacobian (squared
-    for a CAD part, whose features are more important); of distances and other warnings; of wishes
-    (`meshing.at`, `meshing.deviation`, `meshing.creases`) that are not met; and of doublings of the
-    number of hexes. Of meshes that are equally far, the one with the larger merit of the fitting
-    stages (`polycube.fitting.snapping`) is better, reduced for each doubling of the number of
-    hexes.
+    for a CAD part, whose features are more important), and a little for any such distance; of
+    distances and other warnings; of wishes (`meshing.at`, `meshing.deviation`, `meshing.creases`)
+    that are not met; and of doublings of the number of hexes. Of meshes that are equally far, the
+    one with the larger merit of the fitting stages (`polycube.fitting.snapping`) is better, reduced
+    for each doubling of the number of hexes.
 
     The limits are those of `polycube.types.Goal`.
 
@@ -88,12 +89,13 @@ class Standard(Goal, Acceptance):
         """How far a mesh is from the goal, by criterion; met criteria are left out."""
         is_cad = len(found.surface.region) > 0
         wanted, power = (self.scaled_jacobian, 2) if is_cad else (self.smooth_jacobian, 1)
+        below = 1 - found.scaled_jacobian / wanted
         n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
         parts = {
             "validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0 * is_bad,
             "features": self._lost_share(found),
             "distances": 0.5 * self._is_far(found),
-            "scaled_jacobian": max(0.0, 1 - found.scaled_jacobian / wanted) ** power,
+            "scaled_jacobian": max(0.0, below) ** power + MISSED * (below > 0),
             "warnings": 0.25 * (n_warnings > n_known),
             "wishes": min(0.5, 0.25 * self._wishes(found) + 0.1 * self._off_creases(found)),
             "hexes": self.many * max(0.0, float(np.log2(len(found.mesh.hexes) / self.hexes))),
