@@ -13,13 +13,15 @@ def check_items(
 
     Raises ValueError unless every item has a place and at least `needed` of the keys.
     """
-    from polycube.analysis.boundary_sets import check_place
+    from polycube.analysis.boundary_sets import check_place, is_edge
 
     if isinstance(items, str | Mapping) or not isinstance(items, Sequence):
         raise ValueError(f"{name} must be a list such as [x_min]; got {items!r}")
     for item in items:
         place, settings = split(item)
         check_place(place)
+        if is_edge(place) and name != "fixed":
+            raise ValueError(f"{name} act on faces, an edge can only be fixed; got {item!r}")
         if not set(settings) <= keys or len(settings) < needed:
             raise ValueError(
                 f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"

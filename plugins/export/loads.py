@@ -5,12 +5,12 @@ A stress is in N/L^2, a mass in N s^2/L (tonnes if L is mm) and a power in N L/s
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import NamedTuple
 
 import numpy as np
 
-from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.boundary_sets import is_edge, quads_of
 from polycube.analysis.problem import NOTHING, Conduction, Problem, Statics, Vibration
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
@@ -80,7 +80,7 @@ class Loads:
     def supports(self) -> list[Support]:
         """The supports; the last one of a node has precedence."""
         given = self.problem.supports
-        nodes = [np.unique(self.elements.quads[self._quads(each.place)]) for each in given]
+        nodes = [self._nodes(each.place) for each in given]
         ruler = np.full((len(self.elements.points), 3), -1)
         for k, support in enumerate(given):
             for component in support.components:
@@ -152,6 +152,12 @@ class Loads:
     def source(self) -> float:
         """Heat source in the whole part."""
         return self.problem.source * self._metre**2 if isinstance(self.problem, Conduction) else 0.0
+
+    def _nodes(self, place: object) -> np.ndarray:
+        """The nodes at a place; on an edge, those of both its sets."""
+        names = place["edge"] if is_edge(place) else [place]
+        each = (np.unique(self.elements.quads[self._quads(name)]) for name in names)
+        return reduce(np.intersect1d, each)
 
     def _quads(self, place: object) -> np.ndarray:
         return np.unique(quads_of(self.mesh, place))

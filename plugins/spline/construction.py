@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polycube.analysis.boundary_sets import place_of, quads_of
+from polycube.analysis.boundary_sets import is_edge, mesh_edges_of, place_of, quads_of
 from polycube.errors import InputError
 from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
@@ -134,7 +134,10 @@ def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sh
 def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
     """The creases of a surface of a CAD model, or, without one, those of the hexes by angle."""
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
-    supported = (border(hexes, quads_of(hexes, place_of(item))) for item in options.held)
+    supported = (
+        mesh_edges_of(hexes, place) if is_edge(place) else border(hexes, quads_of(hexes, place))
+        for place in map(place_of, options.held)
+    )
     borders = union(NO_EDGES, *supported)
     angle, fold = np.radians(options.angle), options.single_hex_edges
     if surface is None or not len(surface.region):

@@ -1,14 +1,16 @@
-"""Boundary faces of a spline or of its mesh, given by name, patch number, box or plane,
+"""Boundary faces and edges of a spline or of its mesh, given by name, patch number, box or plane,
 and integrals over them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeGuard
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 
 from polycube.errors import InputError
+from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import LEVEL
 from polycube.hexmesh.named_sets import (
     Sets,
@@ -18,8 +20,8 @@ from polycube.hexmesh.named_sets import (
     set_name,
     sets_of_quads,
 )
-from polycube.spline.bernstein import gauss
-from polycube.spline.boundary import corner_nodes, grid, sampling
+from polycube.spline.bernstein import bernstein, derivative, gauss
+from polycube.spline.boundary import corner_nodes, edge_strips, grid, sampling
 from polycube.types import HexMesh, Spline
 
 N_GAUSS = 5  # per direction: exact for bicubic traces times normals
@@ -39,10 +41,52 @@ def faces_of(spline: Spline, where: object) -> np.ndarray:
 
 
 def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
-    """(F,) indices in `mesh.quads` of the faces at a place, as for `faces_of`."""
+    """(F,) indices in `mesh.quads` of the faces at a place, as for `faces_of`.
+
+    Those of an edge are the faces on both sides.
+    """
+    if is_edge(where):
+        return np.unique(_quad_edges(mesh, where)[1])
     if isinstance(where, Mapping):
         return _within(mesh.vertices[mesh.quads], where)
     return _named(mesh.sets or boundary_sets(mesh), where)
+
+
+def is_edge(where: object) -> TypeGuard[Mapping[str, Any]]:
+    """Whether a place is the edge between two sets, {"edge": [name, name]}."""
+    return isinstance(where, Mapping) and "edge" in where
+
+
+def edges_of(spline: Spline, where: Mapping[str, Any]) -> np.ndarray:
+    """(N, 4) Bezier nodes along the boundary edges between the two sets of an edge."""
+    strips, first, second = edge_strips(spline)
+    pairs = np.stack([first, second], axis=1) // 4
+    return strips[first[_between(pairs, where, lambda name: faces_of(spline, name))], 0]
+
+
+def mesh_edges_of(mesh: HexMesh, where: Mapping[str, Any]) -> np.ndarray:
+    """(N, 2) vertices of the boundary edges between the two sets of an edge."""
+    return _quad_edges(mesh, where)[0]
+
+
+def _quad_edges(mesh: HexMesh, where: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    edges, sides = quad_edges(mesh.quads)
+    own = _between(sides, where, lambda name: quads_of(mesh, name))
+    return edges[own], sides[own]
+
+
+def _between(
+    sides: np.ndarray, where: Mapping[str, Any], faces: Callable[[object], np.ndarray]
+) -> np.ndarray:
+    """(N,) whether an edge has one of its faces (N, 2) in each of two sets.
+
+    Raises InputError if the sets have no common edge.
+    """
+    one, two = (np.isin(sides, faces(name)) for name in where["edge"])
+    found = np.any(one & two[:, ::-1], axis=1)
+    if not found.any():
+        raise InputError(f"there is no {place_name(where)}: the two do not touch")
+    return found
 
 
 def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
@@ -53,7 +97,8 @@ def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
 
 def check_names(places: Iterable[object], sets: Sets) -> None:
     """Raise InputError for the first name or number without a set; accept boxes and planes."""
-    for where in places:
+    names = [name for place in places for name in (place["edge"] if is_edge(place) else [place])]
+    for where in names:
         if not isinstance(where, Mapping) and not len(sets.get(set_name(where), ())):
             raise InputError(
                 f"no boundary set {where!r}; there are {listed(sets)}; {{box: ...}} and "
@@ -64,17 +109,25 @@ def check_names(places: Iterable[object], sets: Sets) -> None:
 def check_place(where: object) -> None:
     """Raise ValueError unless `where` has a form that `faces_of` accepts."""
     lengths = {"box": 6, "plane": 4}
-    if isinstance(where, Mapping):
+    if is_edge(where):
+        ends = where["edge"]
+        good = isinstance(ends, Sequence) and len(ends) == 2 and all(map(_may_name, ends))
+    elif isinstance(where, Mapping):
         good = len(where) == 1 and all(
             lengths.get(key) == len(np.atleast_1d(value)) for key, value in where.items()
         )
     else:
-        good = isinstance(where, int | str) and not isinstance(where, bool) and may_name(where)
+        good = _may_name(where)
     if not good:
         raise ValueError(
             "boundary faces are a patch number, a name (x_min to z_max, hole_1, cad_face_1 ...), "
-            f"{{box: [x, y, z, x, y, z]}} or {{plane: [a, b, c, d]}}; got {where!r}"
+            f"{{box: [x, y, z, x, y, z]}} or {{plane: [a, b, c, d]}}, and an edge is "
+            f"{{edge: [name, name]}}; got {where!r}"
         )
+
+
+def _may_name(where: object) -> bool:
+    return isinstance(where, int | str) and not isinstance(where, bool) and may_name(where)
 
 
 def place_of(item: object) -> object:
@@ -87,6 +140,8 @@ def place_name(where: object) -> str:
     if not isinstance(where, Mapping):
         return str(where)
     [(kind, numbers)] = where.items()
+    if is_edge(where):
+        return f"edge of {numbers[0]} and {numbers[1]}"
     return f"{kind} {' '.join(f'{number:g}' for number in numbers)}"
 
 
@@ -117,12 +172,12 @@ def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Values of the spline functions at Gauss points on some boundary faces."""
+    """Values of the spline functions at Gauss points on some boundary faces and edges."""
 
     shape: csr_matrix  # (P, C)
     points: np.ndarray  # (P, 3)
     normals: np.ndarray  # (P, 3) outward, length 1
-    area: np.ndarray  # (P,) area of each point
+    area: np.ndarray  # (P,) area of each point; on an edge, its length times that of the element
 
     @property
     def gram(self) -> csr_matrix:
@@ -149,4 +204,21 @@ def trace(spline: Spline, faces: np.ndarray) -> Trace:
         points=at @ nodes,
         normals=normal / np.maximum(length, np.finfo(float).tiny)[:, None],
         area=length * np.tile(np.kron(w, w), len(faces)),
+    )
+
+
+def edge_trace(spline: Spline, edges: np.ndarray) -> Trace:
+    """N_GAUSS Gauss points on each edge, given by its Bezier nodes (N, 4); normals are zero."""
+    t, w = gauss(N_GAUSS)
+    nodes = (spline.extraction @ spline.control)[edges]
+    speed = np.linalg.norm(derivative(t) @ nodes, axis=2)
+    rows = np.repeat(np.arange(len(edges) * len(t)), 4)
+    columns = np.repeat(edges, len(t), axis=0).ravel()
+    size = len(edges) * len(t), spline.extraction.shape[0]
+    at = csr_matrix((np.tile(bernstein(t), (len(edges), 1)).ravel(), (rows, columns)), size)
+    return Trace(
+        shape=csr_matrix(at @ spline.extraction),
+        points=(bernstein(t) @ nodes).reshape(-1, 3),
+        normals=np.zeros((len(rows) // 4, 3)),
+        area=(speed * w * (speed @ w)[:, None]).ravel(),
     )

@@ -1,6 +1,6 @@
-"""Values prescribed on boundary faces, imposed exactly.
+"""Values prescribed on boundary faces and edges, imposed exactly.
 
-A function is bound by its trace on these faces. If the traces of the bound functions are linearly
+A function is bound by its trace there. If the traces of the bound functions are linearly
 independent, all their coefficients follow from the prescribed values (least squares in L2 of the
 faces, exact for values in the space). If not, as in a space with functions centred outside the
 solid, a subset that spans the traces is chosen, `pivots`, and the others stay free: c_pivots =
@@ -8,15 +8,16 @@ c_given - X c_others. Then u = basis @ free + offset has the prescribed trace fo
 """
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack
+from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack, vstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from polycube.analysis.boundary_sets import Trace, trace
+from polycube.analysis.boundary_sets import N_GAUSS, Trace, edge_trace, trace
 from polycube.analysis.slopes import zero_slope_edges
+from polycube.spline.boundary import boundary_nodes
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
@@ -30,7 +31,7 @@ Value = float | Sequence[float] | Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """Prescribed values of some components on boundary faces.
+    """Prescribed values of some components on boundary faces and edges.
 
     value : constant values, or a function of points (P, 3), with one column per component
     """
@@ -39,6 +40,12 @@ class Support:
     faces: np.ndarray  # (F,) indices of spline.sides
     components: tuple[int, ...] = (0, 1, 2)
     value: Value = 0.0
+    # (N, 4) Bezier nodes of edges
+    edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 4), np.int64))
+
+    def nodes(self, spline: Spline) -> np.ndarray:
+        """Bezier nodes with prescribed values, with repetitions."""
+        return np.append(boundary_nodes(spline)[self.faces], self.edges)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """(P, components) values at points (P, 3)."""
@@ -112,16 +119,17 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
     offset = np.zeros((size, n_components))
     for i in range(n_components):
         owner = np.full(len(spline.sides), -1)
+        edges = {k: s.edges for k, s in enumerate(supports) if i in s.components and len(s.edges)}
         for k, support in enumerate(supports):
             if i in support.components:
                 owner[support.faces] = k
-        if (owner < 0).all():
+        if (owner < 0).all() and not edges:
             bound.append(None)
             bases.append(eye(size, format="csr"))
             continue
-        key = owner.tobytes()
+        key = owner.tobytes() + bytes(edges)
         if key not in known:
-            found = _bind(spline, owner)
+            found = _bind(spline, owner, edges)
             known[key] = found, found.basis(size)
             flat, border = zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
             if flat:
@@ -169,9 +177,18 @@ def _prescribed_coefficients(
     return found
 
 
-def _bind(spline: Spline, owner: np.ndarray) -> BoundTrace:
+def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) -> BoundTrace:
+    """Bind the functions on the faces with an owner (Q,), and on the edges (N, 4) of supports."""
     faces = np.flatnonzero(owner >= 0)
-    here = trace(spline, faces)
+    parts = [trace(spline, faces), *(edge_trace(spline, each) for each in edges.values())]
+    owners = [np.repeat(owner[faces], N_GAUSS**2)]
+    owners += [np.full(N_GAUSS * len(each), k) for k, each in edges.items()]
+    here = Trace(
+        shape=csr_matrix(vstack([part.shape for part in parts])),
+        points=np.concatenate([part.points for part in parts]),
+        normals=np.concatenate([part.normals for part in parts]),
+        area=np.concatenate([part.area for part in parts]),
+    )
     gram = here.gram
     norm = gram.diagonal()
     bound = np.flatnonzero(norm > ABSENT * norm.max())
@@ -181,10 +198,9 @@ def _bind(spline: Spline, owner: np.ndarray) -> BoundTrace:
     factor = splu(small[pivots][:, pivots])
     ratio = factor.solve(small[pivots][:, others].toarray())
     ratio[np.abs(ratio) < 1e-12] = 0
-    per_face = len(here.area) // len(faces)
     return BoundTrace(
         trace=here,
-        owner=np.repeat(owner[faces], per_face),
+        owner=np.concatenate(owners),
         pivots=bound[pivots],
         others=bound[others],
         ratio=csr_matrix(ratio),

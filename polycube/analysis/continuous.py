@@ -21,7 +21,7 @@ from polycube.analysis.element_forces import elastic_forces
 from polycube.analysis.recovery import TO_BEZIER
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
-from polycube.spline.boundary import FACES, boundary_nodes, unshared_faces
+from polycube.spline.boundary import FACES, unshared_faces
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
@@ -132,7 +132,7 @@ class Enrichment:
         is_free = np.ones((spline.extraction.shape[0], 3), bool)
         for support in supports:
             for component in support.components:
-                is_free[boundary_nodes(spline)[support.faces], component] = False
+                is_free[support.nodes(spline), component] = False
         unshared = unshared_faces(spline.nodes)
         inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
         is_free[spline.nodes[inner[:, :1], FACES[inner[:, 1]]]] = False

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.analysis.boundary_sets import sets_of_sides, trace
+from polycube.analysis.boundary_sets import edge_trace, sets_of_sides, trace
 from polycube.analysis.constraints import Support
 from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
 from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
@@ -38,7 +38,9 @@ class Singular:
 def singular_places(
     spline: Spline, supports: Sequence[Support], loaded: Sequence[np.ndarray], radius: float
 ) -> list[Singular]:
-    """Sharp re-entrant edges, borders of supports, and loads on less area than a disc of a radius.
+    """Sharp re-entrant edges, borders of supports, supported edges, and loads on a small area.
+
+    An area is small if it is less than that of a disc of the radius.
 
     loaded : faces (F,), indices of `spline.sides`, of each load
     """
@@ -60,6 +62,9 @@ def singular_places(
             normal = np.where(is_supported[first, None], normals[:, 0], normals[:, 1])
             limit[abs(normal[:, support.components[0]]) > ALONG] = SLIDING
         found += along(is_border & (angle > limit), f"border of {support.name}")
+        if len(support.edges):
+            nodes = np.unique(support.edges)
+            found.append(Singular(support.name, nodes, edge_trace(spline, support.edges).points))
     for faces in loaded:
         here = trace(spline, faces)
         if here.area.sum() < np.pi * radius**2:

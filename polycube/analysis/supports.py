@@ -1,6 +1,6 @@
 """Supports of a displacement from options: lists of places and the values prescribed there.
 
-An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, see
+An item is only a place (x_min, 7, {box: [...]}, {plane: [...]}, {edge: [x_min, z_min]}, see
 `polycube.analysis.boundary_sets`) or {at: place, ...} with the prescribed values.
 """
 
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from polycube.analysis.problem import Prescribed
 from polycube.types import Json, Spline
@@ -21,13 +23,17 @@ AXES = "xyz"
 
 def supports(spline: Spline, given: Sequence[Prescribed]) -> list[Support]:
     """The supports of a spline; raises InputError for a place that does not exist."""
-    from polycube.analysis.boundary_sets import faces_of, place_name
+    from polycube.analysis.boundary_sets import edges_of, faces_of, is_edge, place_name
     from polycube.analysis.constraints import Support
 
-    return [
-        Support(place_name(each.place), faces_of(spline, each.place), each.components, each.values)
-        for each in given
-    ]
+    def support(each: Prescribed) -> Support:
+        own = place_name(each.place)
+        if is_edge(each.place):
+            none, edges = np.zeros(0, np.int64), edges_of(spline, each.place)
+            return Support(own, none, each.components, each.values, edges)
+        return Support(own, faces_of(spline, each.place), each.components, each.values)
+
+    return [support(each) for each in given]
 
 
 def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:

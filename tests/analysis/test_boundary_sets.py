@@ -6,8 +6,12 @@ import pytest
 from polycube.analysis.boundary_sets import (
     check_names,
     check_place,
+    edge_trace,
+    edges_of,
     faces_of,
+    mesh_edges_of,
     place_name,
+    quads_of,
     sets_of_sides,
     trace,
 )
@@ -15,7 +19,7 @@ from polycube.errors import InputError
 from polycube.hexmesh.named_sets import ENDS
 from polycube.io.hex_meshes import boundary
 from polycube.registry import build
-from tests.fixtures.hexmeshes import hex_ball
+from tests.fixtures.hexmeshes import hex_ball, hex_box
 from tests.fixtures.splines import box
 
 
@@ -58,16 +62,35 @@ def test_faces_of_several_spellings():
     assert len(faces_of(spline, {"box": [1, 0, 1, 2, 1, 1]})) == 1
 
 
+def test_the_edge_between_two_sides():
+    """Its length, the moments of its points, and its vertices in the mesh."""
+    spline = box((2, 3, 1), (3.0, 2.0, 1.0))
+    edge = {"edge": ["x_max", "z_min"]}
+    nodes = edges_of(spline, edge)
+    here = edge_trace(spline, nodes)
+    assert len(nodes) == 3 and here.area * 3 / 2 @ here.points**3 == pytest.approx([54, 4, 0])
+    assert here.shape @ spline.control == pytest.approx(here.points, abs=1e-14)
+    mesh = hex_box((2, 3, 1), (3.0, 2.0, 1.0))
+    assert mesh.vertices[mesh_edges_of(mesh, edge)].mean(axis=(0, 1)) == pytest.approx([3, 1, 0])
+    sides = np.union1d(quads_of(mesh, "x_max"), quads_of(mesh, "z_min"))
+    assert len(quads_of(mesh, edge)) == 6 and np.isin(quads_of(mesh, edge), sides).all()
+    with pytest.raises(InputError, match="no edge of x_min and x_max: the two do not touch"):
+        edges_of(spline, {"edge": ["x_min", "x_max"]})
+    with pytest.raises(InputError, match="no boundary set 'hole_1'"):
+        check_names([{"edge": ["x_min", "hole_1"]}], sets_of_sides(spline))
+
+
 def test_names_of_places():
-    assert [place_name(place) for place in ("x_min", 7, {"plane": [1, 0, 0, 2.5]})] == [
-        "x_min",
-        "7",
-        "plane 1 0 0 2.5",
-    ]
+    places = ("x_min", 7, {"plane": [1, 0, 0, 2.5]}, {"edge": ["x_min", 7]})
+    assert list(map(place_name, places)) == ["x_min", "7", "plane 1 0 0 2.5", "edge of x_min and 7"]
 
 
 @pytest.mark.parametrize(
-    "bad", [None, True, 1.5, "top", "x_mid", "hole", {"box": [1]}, {"ball": [0, 0, 0, 1]}, {}]
+    "bad",
+    [
+        *(None, True, 1.5, "top", "x_mid", "hole", {"box": [1]}, {"ball": [0, 0, 0, 1]}, {}),
+        *({"edge": ["x_min"]}, {"edge": "x_min"}, {"edge": ["x_min", "top"]}, {"edge": 7}),
+    ],
 )
 def test_refuses_invalid_places(bad):
     with pytest.raises(ValueError, match=r"boundary faces are a patch number, a name \(x_min to z"):

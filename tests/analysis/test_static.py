@@ -8,6 +8,7 @@ from polycube.analysis.constraints import Support
 from polycube.analysis.problem import MATERIALS, Material
 from polycube.analysis.recovery import samples
 from polycube.analysis.static import Load, deform, von_mises
+from polycube.analysis.supports import prescribed, supports
 from polycube.errors import InputError
 from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import hex_ball, hex_cylinder
@@ -56,6 +57,30 @@ def test_patch_test_with_given_displacements(spline):
     energy = (s * (GRADIENT + GRADIENT.T) / 2).sum() / 2 * volume
     assert found.strain_energy == pytest.approx(energy, rel=1e-9)
     assert abs(found.reactions).max() < 1e-11
+
+
+def test_a_bar_held_at_a_face_and_two_edges_is_under_pure_tension():
+    """u = (-nu x, -nu y, z) s / E; the supports of the edges carry nothing."""
+    spline = box((3, 3, 2), (3.0, 2.0, 1.0))
+    held = [{"at": "z_min", "components": ["z"]}]
+    for axis in "xy":
+        held.append({"at": {"edge": [f"{axis}_min", "z_min"]}, "components": [axis]})
+    at = supports(spline, prescribed(held))
+    pull = Load(faces_of(spline, "z_max"), traction=(0.0, 0.0, 1e-3))
+    found = deform(spline, SOLID, at, [pull], length_unit="m")
+    wanted = (spline.extraction @ spline.control) * [-0.3, -0.3, 1] * 1e-3 / 3
+    assert found.displacement == pytest.approx(wanted, abs=1e-15)
+    assert found.reactions == pytest.approx(np.diag([-6e-3, 0, 0])[:, [1, 2, 0]], abs=1e-15)
+
+
+def test_a_supported_edge_is_a_singular_place():
+    spline = box((4, 2, 2), (4.0, 1.0, 1.0), "h2s")
+    held = [{"at": {"edge": [end, "z_min"]}} for end in ("x_min", "x_max")]
+    at = supports(spline, prescribed(held))
+    push = Load(faces_of(spline, "z_max"), pressure=1e-3)
+    found = deform(spline, SOLID, at, [push], length_unit="m")
+    assert found.singular.what.startswith("edge of x_m")
+    assert found.reactions.sum(axis=0) == pytest.approx([0, 0, 4e-3], abs=1e-12)
 
 
 def von_mises_of(stress):

@@ -163,6 +163,11 @@ def test_refuses_too_few_supports_and_missing_places(spline):
         (modal, {"fixed": [{"at": "x_min", "value": 1}]}, "entries of fixed are {at: place, co"),
         (static, {"fixed": [{"at": 1, "components": ["u"]}]}, "components must be some of x, y, z"),
         (static, {"fixed": [{"at": 1, "value": [1, 2]}]}, "fixed: value must be 3 numbers"),
+        (
+            static,
+            {"loads": [{"at": {"edge": [1, 2]}, "pressure": 1}]},
+            "loads act on faces, an edge",
+        ),
         (static, {"loads": ["x_max"]}, "entries of loads are {at: place, force, pressure, tra"),
         (static, {"loads": [{"at": 1, "force": 3}]}, "loads: force must be 3 numbers; got 3"),
         (static, {"loads": [{"at": 1, "pressure": "p"}]}, "loads: pressure must be a number"),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.boundary_sets import is_edge, quads_of
 from polycube.analysis.problem import (
     MATERIALS,
     Applied,
@@ -41,7 +41,7 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
     units : length unit of the part
     material : description of the material
     supports, loads : for each place its description `words`, and `quads` and `area` of its faces in
-        the mesh; both are null for gravity and sources, which act on the whole part
+        the mesh; both are null for edges, and for gravity and sources, which act on the whole part
     """
     return {
         "units": problem.units,
@@ -52,7 +52,7 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
 
 
 def _size(mesh: HexMesh, place: object) -> dict[str, object]:
-    if place is None:
+    if place is None or is_edge(place):
         return {"quads": None, "area": None}
     quads = quads_of(mesh, place)
     area = measure(mesh.vertices[mesh.quads[quads]]).area.sum()
@@ -146,6 +146,8 @@ def _vector(value: tuple[float, ...]) -> str:
 
 def describe_place(place: object) -> tuple[str, bool]:
     """Description of a place on the boundary, and whether it is a plural."""
+    if is_edge(place):
+        return "the edge between '{}' and '{}'".format(*map(set_name, place["edge"])), False
     if isinstance(place, Mapping):
         [(kind, values)] = place.items()
         found = [number(float(value)) for value in values]

@@ -115,6 +115,14 @@ def test_the_last_support_has_precedence_at_common_nodes(tmp_path) -> None:
     assert own == ends[0] - ends[1]
 
 
+def test_a_supported_edge_is_the_nodes_of_both_sides(tmp_path) -> None:
+    edge = {"at": {"edge": ["x_min", "z_min"]}, "components": ["z"]}
+    text = deck(BOX, tmp_path, {**PULL, "fixed": ["x_max", edge]})
+    own = [int(node) for row in after(text, "*NSET, NSET=fixed_2_3") for node in row.split(",")]
+    assert BOX.vertices[np.array(own) - 1].tolist() == [[0, 0, 0], [0, 1, 0], [0, 2, 0]]
+    assert "fixed_2_3, 3, 3, 0." in after(text, "*BOUNDARY")
+
+
 def test_boxes_and_planes_have_separate_sets(tmp_path) -> None:
     plane = {"plane": [0, 0, 1, 2]}
     analysis = {

@@ -50,6 +50,15 @@ def test_supports_are_described_with_their_area(mesh):
     assert found["loads"] == [{"words": weight, "quads": None, "area": None}]
 
 
+def test_a_supported_edge_has_no_area(mesh):
+    edge = {"at": {"edge": ["x_min", "z_min"]}, "components": ["z"]}
+    [found] = described(mesh, plugin="modal", fixed=[edge])["supports"]
+    words = "The edge between 'x_min' and 'z_min' is held in z, free in x and y"
+    assert found == {"words": words, "quads": None, "area": None}
+    problem = problem_of({"analysis": {"plugin": "modal", "fixed": [edge]}})
+    assert len(supports_and_loads(mesh, problem)) > 1
+
+
 def test_a_prescribed_displacement_and_a_plane(mesh):
     moved = {"at": {"plane": [1, 0, 0, 4]}, "components": ["x", "y"], "value": [0.1, 0]}
     found = described(mesh, plugin="static", fixed=["x_min", moved], units="cm", material="abs")
