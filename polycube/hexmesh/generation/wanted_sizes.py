@@ -56,22 +56,12 @@ def wanted_sizes(surface: TriMesh, requests: Sequence[Request]) -> WantedSizes:
 def _chords(surface: TriMesh, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """(N,) distance from points (N, 3) along directions (N, 3) to the next triangle of the surface.
 
-    Moeller and Trumbore 1997: the barycentric coordinates of a hit are quotients of determinants.
+    It is the diagonal if there is none.
     """
-    corner, second, third = np.moveaxis(surface.vertices[surface.faces], 1, 0)
-    first, last = second - corner, third - corner
-    found = []
+    import igl
+
+    size, found = diagonal(surface), []
     for point, direction in zip(points, directions, strict=True):
-        across, off = np.cross(direction, last), point - corner
-        off_cross_first = np.cross(off, first)
-        determinant = (first * across).sum(axis=1)
-        determinant[determinant == 0] = np.nan  # parallel to the triangle
-        parts = [
-            (off * across).sum(axis=1),
-            off_cross_first @ direction,
-            (last * off_cross_first).sum(axis=1),
-        ]
-        u, v, distance = np.array(parts) / determinant
-        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > START * diagonal(surface))
-        found.append(distance[hit].min(initial=diagonal(surface)))
+        hits = igl.ray_mesh_intersect(point, direction, surface.vertices, surface.faces) or ()
+        found.append(min((t for _, t, _, _ in hits if t > START * size), default=size))
     return np.array(found)
