@@ -40,6 +40,13 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
+def frame(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) right-handed rows, the last along an axis of length 1."""
+    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first), axis])
+
+
 def corner_angles(surface: TriMesh) -> np.ndarray:
     """(F, 3) angles of each face at its corners, in radians; 0 at an edge without length."""
     corners = surface.vertices[surface.faces]

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import frame
 from polycube.surface.measures import (
     between_faces,
     curved_faces,
     diagonal,
     face_areas,
     face_normals,
+    frame,
     half_edges,
 )
 from polycube.types import TriMesh

@@ -7,12 +7,13 @@ import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.motion import PARALLEL, Motion, screw, turn
-from polycube.hexmesh.background.plane import frame, to_lines
+from polycube.hexmesh.background.plane import to_lines
 from polycube.surface.measures import (
     between_faces,
     cad_vectors,
     curved_faces,
     diagonal,
+    frame,
     half_edges,
     place,
 )

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.hexmesh.background.background import Background, NoBackgroundError, distinct
-from polycube.hexmesh.background.plane import frame
-from polycube.surface.measures import curved_faces, diagonal, half_edges, place, twins
+from polycube.surface.measures import curved_faces, diagonal, frame, half_edges, place, twins
 from polycube.types import TriMesh
 
 from .holes import Pairs

@@ -42,7 +42,7 @@ class Sweep(ColumnStructure):
         """
         from polycube.hexmesh.background.columns import columns, layers
         from polycube.hexmesh.background.details import section_of
-        from polycube.hexmesh.background.plane import frame
+        from polycube.surface.measures import frame
 
         from .moved_back import moved_back
         from .stack import stack

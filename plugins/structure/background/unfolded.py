@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import frame
 from polycube.hexmesh.background.sheet_piece import Piece, next_piece
 from polycube.surface import closest
 from polycube.surface.measures import (
@@ -17,6 +16,7 @@ from polycube.surface.measures import (
     diagonal,
     face_areas,
     face_normals,
+    frame,
     half_edges,
     place,
 )

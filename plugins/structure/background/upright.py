@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import frame
 from polycube.surface.arc_length import lengths
 from polycube.surface.measures import (
     connected,
     face_areas,
     face_normals,
+    frame,
     half_edges,
     place,
     triangle_vectors,

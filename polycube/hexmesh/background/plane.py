@@ -1,4 +1,4 @@
-"""Points and vectors in the plane, and planes across an axis."""
+"""Points and vectors in the plane."""
 
 import numpy as np
 
@@ -15,10 +15,3 @@ def to_lines(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndar
     share = (out * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-300)
     share = np.clip(share, 0, 1)
     return np.linalg.norm(out - share[..., None] * step, axis=2), share
-
-
-def frame(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed rows, the last along an axis."""
-    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(axis, first), axis])

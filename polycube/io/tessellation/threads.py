@@ -13,7 +13,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.io.polygons.division import triangulated
-from polycube.surface.measures import area_vectors, between_faces, half_edges, unit
+from polycube.surface.measures import area_vectors, between_faces, frame, half_edges, unit
 from polycube.surface.repair.clean import compact
 from polycube.surface.repair.holes import loops
 from polycube.types import TriMesh
@@ -71,7 +71,7 @@ class Thread:
         shift, more, tilt, turn, size = np.linalg.lstsq(columns, radius, rcond=None)[0]
         axis = unit(np.array([tilt, turn, 1.0])) @ self.frame
         point = self.point + np.array([shift, more, 0.0]) @ self.frame
-        return replace(self, frame=_frame(axis), point=point, radius=float(size))
+        return replace(self, frame=frame(axis), point=point, radius=float(size))
 
     def is_coaxial(self, other: "Thread") -> bool:
         """Whether another flank belongs to the same cylinder."""
@@ -122,7 +122,7 @@ def _flanks(surface: TriMesh) -> Iterator[Thread]:
         if squares[0] > RESIDUAL**2 or squares[1] < UNIQUE**2 * squares[0] or speed < RESIDUAL:
             continue
         point, pitch = centre + np.cross(turn, shift) / speed**2, turn @ shift / speed**2
-        thread = Thread(_frame(turn), point, 2 * np.pi * abs(pitch), (number,))
+        thread = Thread(frame(turn / speed), point, 2 * np.pi * abs(pitch), (number,))
         lean = weight @ thread.leaning(n, thread.polar(middle)[1])
         radius, _, height = thread.polar(surface.vertices[surface.faces[own].ravel()])
         low, high = radius.min(), radius.max()
@@ -133,11 +133,6 @@ def _flanks(surface: TriMesh) -> Iterator[Thread]:
         is_deep = DEPTH[0] * thread.pitch < abs(depth) < DEPTH[1] * thread.pitch
         if is_thread and is_deep and thread.pitch < min(cylinder, np.ptp(height)):
             yield replace(thread, depth=float(depth)).fitted(rim[is_on])
-
-
-def _frame(axis: np.ndarray) -> np.ndarray:
-    across = np.linalg.svd(axis[None])[2][1:]
-    return np.stack([*across, np.cross(*across)])
 
 
 def _replaced(surface: TriMesh, thread: Thread) -> TriMesh:
