@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 from polycube.analysis.problem import Vibration, material
 from polycube.analysis.supports import prescribed, supports
@@ -11,14 +10,14 @@ from polycube.registry import register
 from polycube.types import Modes, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_supports
+from .places import OfProblem, check_supports
 
 logger = logging.getLogger(__name__)
 
 
 @register("analysis", "modal")
 @dataclass(frozen=True)
-class Modal:
+class Modal(OfProblem):
     """Lowest vibration modes of the elastic solid, free or with supports; frequencies in Hz.
 
     Parameters
@@ -33,8 +32,6 @@ class Modal:
     gauss : Gauss points per direction and element
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     """
-
-    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = AUTO
@@ -53,11 +50,6 @@ class Modal:
                 f"modes >= 1 and gauss >= 2 are needed; got {self.modes}, {self.gauss}"
             )
         check_supports("fixed", self.fixed, {"components"})
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the analysis needs."""
-        return self.problem.places
 
     @property
     def problem(self) -> Vibration:

@@ -1,9 +1,22 @@
-"""Checks of boundary conditions that are given as options, see `polycube.analysis.supports`."""
+"""Places of an analysis, and checks of conditions there, see `polycube.analysis.supports`."""
 
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 from polycube.analysis.supports import AXES, is_number, split
+from polycube.kinds import StatesProblem
 from polycube.types import Json
+
+
+class OfProblem(StatesProblem):
+    """An analysis that describes its problem."""
+
+    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
+
+    @property
+    def places(self) -> list[object]:
+        """Boundary sets that the analysis needs."""
+        return self.problem.places
 
 
 def check_items(

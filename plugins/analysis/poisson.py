@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 from polycube.analysis.problem import Conduction, Flow, Prescribed
 from polycube.analysis.supports import is_number, split, supports
@@ -11,7 +10,7 @@ from polycube.registry import register
 from polycube.types import Potential, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_items
+from .places import OfProblem, check_items
 
 logger = logging.getLogger(__name__)
 
@@ -20,7 +19,7 @@ ENDS = ({"at": "z_min", "value": 0.0}, {"at": "z_max", "value": 1.0})
 
 @register("analysis", "poisson")
 @dataclass(frozen=True)
-class Poisson:
+class Poisson(OfProblem):
     """Poisson's equation -div k grad u = f, such as heat conduction.
 
     On boundary sets, u or the flux is prescribed. On the rest of the boundary the flux is zero.
@@ -36,8 +35,6 @@ class Poisson:
     source : f in W/m^3
     gauss : Gauss points per direction and element
     """
-
-    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     conductivity: float = 50.0
     units: str = AUTO
@@ -56,11 +53,6 @@ class Poisson:
             raise ValueError(
                 f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
             )
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the analysis needs."""
-        return self.problem.places
 
     @property
     def problem(self) -> Conduction:

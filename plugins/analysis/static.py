@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 from polycube.analysis.problem import Applied, Statics, Vector, material
 from polycube.analysis.supports import is_number, prescribed, split, supports
@@ -11,7 +10,7 @@ from polycube.registry import register
 from polycube.types import Deformation, Spline
 from polycube.units import AUTO, checked_unit
 
-from .places import check_items, check_supports, check_vector
+from .places import OfProblem, check_items, check_supports, check_vector
 
 logger = logging.getLogger(__name__)
 
@@ -20,7 +19,7 @@ WEIGHT = (0.0, 0.0, -9.81)  # m/s^2
 
 @register("analysis", "static")
 @dataclass(frozen=True)
-class Static:
+class Static(OfProblem):
     """Linear elasticity: displacement, stress, reactions; the default load is the weight.
 
     Parameters
@@ -39,8 +38,6 @@ class Static:
         supports and loads on small areas, where the stress is unbounded, are excluded from the
         largest stress
     """
-
-    references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     material: str | Mapping[str, float] = "steel"
     units: str = AUTO
@@ -68,11 +65,6 @@ class Static:
             raise ValueError(
                 f"away must be a share of the diagonal, 0 <= away < 1; got {self.away}"
             )
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the analysis needs."""
-        return self.problem.places
 
     @property
     def _acceleration(self) -> Vector:

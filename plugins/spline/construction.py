@@ -135,7 +135,7 @@ def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) 
     """The creases of a surface of a CAD model, or, without one, those of the hexes by angle."""
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
     supported = (
-        mesh_edges_of(hexes, place) if is_edge(place) else border(hexes, quads_of(hexes, place))
+        mesh_edges_of(hexes, place)[0] if is_edge(place) else border(hexes, quads_of(hexes, place))
         for place in map(place_of, options.held)
     )
     borders = union(NO_EDGES, *supported)

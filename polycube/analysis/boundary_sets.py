@@ -46,7 +46,7 @@ def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
     Those of an edge are the faces on both sides.
     """
     if is_edge(where):
-        return np.unique(_quad_edges(mesh, where)[1])
+        return np.unique(mesh_edges_of(mesh, where)[1])
     if isinstance(where, Mapping):
         return _within(mesh.vertices[mesh.quads], where)
     return _named(mesh.sets or boundary_sets(mesh), where)
@@ -64,12 +64,8 @@ def edges_of(spline: Spline, where: Mapping[str, Any]) -> np.ndarray:
     return strips[first[_between(pairs, where, lambda name: faces_of(spline, name))], 0]
 
 
-def mesh_edges_of(mesh: HexMesh, where: Mapping[str, Any]) -> np.ndarray:
-    """(N, 2) vertices of the boundary edges between the two sets of an edge."""
-    return _quad_edges(mesh, where)[0]
-
-
-def _quad_edges(mesh: HexMesh, where: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+def mesh_edges_of(mesh: HexMesh, where: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Boundary edges (N, 2) between the two sets of an edge, and the quads (N, 2) beside them."""
     edges, sides = quad_edges(mesh.quads)
     own = _between(sides, where, lambda name: quads_of(mesh, name))
     return edges[own], sides[own]
@@ -210,15 +206,10 @@ def trace(spline: Spline, faces: np.ndarray) -> Trace:
 def edge_trace(spline: Spline, edges: np.ndarray) -> Trace:
     """N_GAUSS Gauss points on each edge, given by its Bezier nodes (N, 4); normals are zero."""
     t, w = gauss(N_GAUSS)
-    nodes = (spline.extraction @ spline.control)[edges]
-    speed = np.linalg.norm(derivative(t) @ nodes, axis=2)
-    rows = np.repeat(np.arange(len(edges) * len(t)), 4)
+    nodal = spline.extraction @ spline.control
+    speed = np.linalg.norm(derivative(t) @ nodal[edges], axis=2)
     columns = np.repeat(edges, len(t), axis=0).ravel()
-    size = len(edges) * len(t), spline.extraction.shape[0]
-    at = csr_matrix((np.tile(bernstein(t), (len(edges), 1)).ravel(), (rows, columns)), size)
-    return Trace(
-        shape=csr_matrix(at @ spline.extraction),
-        points=(bernstein(t) @ nodes).reshape(-1, 3),
-        normals=np.zeros((len(rows) // 4, 3)),
-        area=(speed * w * (speed @ w)[:, None]).ravel(),
-    )
+    size, ends = (len(edges) * len(t), len(nodal)), np.arange(0, len(columns) + 1, 4)
+    at = csr_matrix((np.tile(bernstein(t), (len(edges), 1)).ravel(), columns, ends), size)
+    area = (speed * w * (speed @ w)[:, None]).ravel()
+    return Trace(csr_matrix(at @ spline.extraction), at @ nodal, np.zeros((size[0], 3)), area)

@@ -183,12 +183,9 @@ def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) ->
     parts = [trace(spline, faces), *(edge_trace(spline, each) for each in edges.values())]
     owners = [np.repeat(owner[faces], N_GAUSS**2)]
     owners += [np.full(N_GAUSS * len(each), k) for k, each in edges.items()]
-    here = Trace(
-        shape=csr_matrix(vstack([part.shape for part in parts])),
-        points=np.concatenate([part.points for part in parts]),
-        normals=np.concatenate([part.normals for part in parts]),
-        area=np.concatenate([part.area for part in parts]),
-    )
+    shape = csr_matrix(vstack([part.shape for part in parts]))
+    rest = ([part.points, part.normals, part.area] for part in parts)
+    here = Trace(shape, *map(np.concatenate, zip(*rest, strict=True)))
     gram = here.gram
     norm = gram.diagonal()
     bound = np.flatnonzero(norm > ABSENT * norm.max())

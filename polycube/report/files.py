@@ -12,8 +12,7 @@ import numpy as np
 
 from polycube.hexmesh.inspection import inspect
 from polycube.io import bezier, manifest, vtk
-from polycube.io.bext import write_bext
-from polycube.io.bext2 import write_bext2
+from polycube.io.bext import write_bext, write_bext2
 from polycube.io.lsdyna_deck import write_modal_deck
 from polycube.kinds import Export
 from polycube.pipeline.intake import write_repaired

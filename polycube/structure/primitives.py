@@ -1,13 +1,28 @@
-"""Primitives in a configuration: a name, or a name with options."""
+"""Primitives in a configuration, a name or a name with options, and their voxels."""
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from polycube.errors import InputError
 
 Item = str | Mapping[str, object]  # name of a plugin, or {plugin: name, option: value, ...}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OnGrid:
+    """What a run gives to every structure plugin.
+
+    Parameters
+    ----------
+    grid : cells of the polycube along x, y, z
+    primitives : (3, 3, 3) bool voxels by name
+    """
+
+    grid: tuple[int, int, int]
+    primitives: Mapping[str, np.ndarray]
 
 
 def primitive_config(item: Item) -> dict[str, object]:

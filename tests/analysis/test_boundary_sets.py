@@ -71,7 +71,7 @@ def test_the_edge_between_two_sides():
     assert len(nodes) == 3 and here.area * 3 / 2 @ here.points**3 == pytest.approx([54, 4, 0])
     assert here.shape @ spline.control == pytest.approx(here.points, abs=1e-14)
     mesh = hex_box((2, 3, 1), (3.0, 2.0, 1.0))
-    assert mesh.vertices[mesh_edges_of(mesh, edge)].mean(axis=(0, 1)) == pytest.approx([3, 1, 0])
+    assert mesh.vertices[mesh_edges_of(mesh, edge)[0]].mean(axis=(0, 1)) == pytest.approx([3, 1, 0])
     sides = np.union1d(quads_of(mesh, "x_max"), quads_of(mesh, "z_min"))
     assert len(quads_of(mesh, edge)) == 6 and np.isin(quads_of(mesh, edge), sides).all()
     with pytest.raises(InputError, match="no edge of x_min and x_max: the two do not touch"):

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from polycube.hexmesh.background.collapse import collapsed
 from polycube.hexmesh.connectivity import check_conforming, edge_valence, genus
 from polycube.hexmesh.quality import volume
+from polycube.plugins.structure.background.moved_back import collapsed
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import hex_box
 

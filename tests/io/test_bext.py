@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from polycube.io import bext
-from polycube.io.bext import write_bext
-from polycube.io.bext2 import write_bext2
+from polycube.io.bext import write_bext, write_bext2
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges

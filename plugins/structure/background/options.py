@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -14,7 +14,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of, least_around
 from polycube.kinds import Structure
 from polycube.registry import setting
-from polycube.structure.primitives import full_cell
+from polycube.structure.primitives import OnGrid, full_cell
 from polycube.types import Candidate, HexMesh, Tier, TriMesh
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ GOOD = 0.5  # smallest scaled Jacobian of exact hexes with which no others are p
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ColumnStructure(Structure):
+class ColumnStructure(OnGrid, Structure):
     """Propose the columns of hexes over the quads of a section.
 
     All curves of the section are on edges of quads, and holes are regular polygons. It needs Gmsh
@@ -34,8 +34,6 @@ class ColumnStructure(Structure):
 
     Parameters
     ----------
-    grid : cells of the polycube; not used
-    primitives : (3, 3, 3) bool voxels by name
     size : wanted edge length of the hexes, in the units of the part or as a share of the diagonal
     curvature : largest distance of the edges from the curves of the section; auto: 0.3%, or 0.2%
         with exact features; null: no limit
@@ -54,8 +52,6 @@ class ColumnStructure(Structure):
     tier = Tier.EXACT
     any_grid = True
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     size: float | str = setting("meshing.size", MeshingSettings.size)
     curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
     features: str = setting("meshing.features", MeshingSettings.features)

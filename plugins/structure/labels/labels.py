@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import register
-from polycube.structure.primitives import full_cell
+from polycube.structure.primitives import OnGrid, full_cell
 from polycube.types import Candidate, TriMesh
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ FEW = 150  # the same for a CAD part with few planes, whose lattices are large
 
 @register("structure", "labels")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LabelLattice(Structure):
+class LabelLattice(OnGrid, Structure):
     """Label each face of the part with one of six directions and place its charts on a lattice.
 
     Slanted planes stay one face or are divided in halves, so that slots, wedges and pockets with
@@ -35,8 +35,6 @@ class LabelLattice(Structure):
 
     Parameters
     ----------
-    grid : cells of the polycube; not used
-    primitives : (3, 3, 3) bool voxels by name
     frames : largest number of coordinate frames that are tried
     compactness : values tried: cost of a border between labels, per diagonal of its length
     planar : share of the area in planes below which nothing is proposed for triangle surfaces and
@@ -53,8 +51,6 @@ class LabelLattice(Structure):
 
     any_grid = True
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     frames: int = 1
     compactness: Sequence[float] = (0.03, 0.005)
     planar: float = 0.3

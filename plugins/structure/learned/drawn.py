@@ -16,7 +16,7 @@ import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
-from polycube.structure.primitives import full_cell
+from polycube.structure.primitives import OnGrid, full_cell
 from polycube.types import Candidate, Polycube, Tier, TriMesh
 
 if TYPE_CHECKING:
@@ -30,15 +30,13 @@ logger = logging.getLogger(__name__)
 
 @register("structure", "drawn")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Drawn(Structure):
+class Drawn(OnGrid, Structure):
     """Draw structures of any kind with the network that is trained without a grid.
 
     The charts of every second draw are flattened, which straightens bent parts.
 
     Parameters
     ----------
-    grid : cells of the polycube; not used
-    primitives : (3, 3, 3) bool voxels by name
     weights : weights of a training with grid=any; null: the included weights
     draws : number of draws of the network in each frame
     clouds : number of sets of sample points in each draw
@@ -60,8 +58,6 @@ class Drawn(Structure):
     needs_network = True
     tier = Tier.LEARNED
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     weights: str | None = setting("ckpt", None)
     draws: int = 8
     clouds: int = 6

@@ -3,19 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from polycube.registry import choice, setting
+from polycube.structure.primitives import OnGrid
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DenoisingOptions:
+class DenoisingOptions(OnGrid):
     """Selection of structures that are denoised and proposed.
 
     Parameters
     ----------
-    grid : cells of the polycube along x, y, z
-    primitives : (3, 3, 3) bool voxels by name
     weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights
     sampler : sampler of x_0
     samples : largest number of candidates of other plugins that are denoised
@@ -27,8 +24,6 @@ class DenoisingOptions:
     seed : seed of the sample points and the sampler
     """
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     weights: str | None = setting("ckpt", None)
     sampler: Mapping[str, object] = choice("sampler", "ddim")
     samples: int = 4

@@ -1,7 +1,7 @@
 """A lattice with cells of the size of the hexes, laid over the part."""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import product
@@ -14,7 +14,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
-from polycube.structure.primitives import full_cell
+from polycube.structure.primitives import OnGrid, full_cell
 from polycube.types import Candidate, RoughMap, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -29,7 +29,7 @@ Defects = tuple[bool, int]  # whether parts are missing, and the difference of t
 
 @register("structure", "overlay")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Overlay(Structure):
+class Overlay(OnGrid, Structure):
     """Fill the cells of a lattice inside the part.
 
     The topology is that of the part: cells are flipped, or the lattice is refined. If no lattice
@@ -38,8 +38,6 @@ class Overlay(Structure):
 
     Parameters
     ----------
-    grid : cells of the polycube; not used
-    primitives : (3, 3, 3) bool voxels by name
     size : wanted edge length of the hexes, in the units of the part or as a share of the diagonal
     finer : factors by which the cells are smaller than the size; one candidate for each
     finest : largest factor of one more candidate, whose cells are as small as walls and holes
@@ -61,8 +59,6 @@ class Overlay(Structure):
     tier = Tier.FINE
     any_grid = True
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     size: float | str = setting("meshing.size", MeshingSettings.size)
     finer: Sequence[float] = (2.0, 3.3)
     finest: float = 5.0

@@ -1,9 +1,8 @@
 """Options of the plugins that align slices of the part with patterns."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
+from polycube.structure.primitives import OnGrid
 
 
 @dataclass(frozen=True)
@@ -33,18 +32,14 @@ class Costs:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SliceOptions(Costs):
+class SliceOptions(OnGrid, Costs):
     """Common options of the plugins of this package.
 
     Parameters
     ----------
-    grid : cells of the polycube along x, y, z
-    primitives : (3, 3, 3) bool voxels by name
     resolution : voxels along the longest side of the part
     frames : largest number of coordinate frames that are tried
     """
 
-    grid: tuple[int, int, int]
-    primitives: Mapping[str, np.ndarray]
     resolution: int = 96
     frames: int = 3
