@@ -127,7 +127,7 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
             bound.append(None)
             bases.append(eye(size, format="csr"))
             continue
-        key = owner.tobytes() + bytes(edges)
+        key = owner.tobytes() + str(list(edges)).encode()
         if key not in known:
             found = _bind(spline, owner, edges)
             known[key] = found, found.basis(size)
