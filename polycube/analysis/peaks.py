@@ -64,7 +64,8 @@ def singular_places(
         found += along(is_border & (angle > limit), f"border of {support.name}")
         if len(support.edges):
             nodes = np.unique(support.edges)
-            found.append(Singular(support.name, nodes, edge_trace(spline, support.edges).points))
+            what, points = f"supported {support.name}", edge_trace(spline, support.edges).points
+            found.append(Singular(what, nodes, points))
     for faces in loaded:
         here = trace(spline, faces)
         if here.area.sum() < np.pi * radius**2:

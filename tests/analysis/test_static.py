@@ -79,7 +79,7 @@ def test_a_supported_edge_is_a_singular_place():
     at = supports(spline, prescribed(held))
     push = Load(faces_of(spline, "z_max"), pressure=1e-3)
     found = deform(spline, SOLID, at, [push], length_unit="m")
-    assert found.singular.what.startswith("edge of x_m")
+    assert found.singular.what.startswith("supported edge of x_m")
     assert found.reactions.sum(axis=0) == pytest.approx([0, 0, 4e-3], abs=1e-12)
 
 
