@@ -12,7 +12,8 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.boundary import deviation, edge_strips
+from polycube.spline.boundary import deviation, distances, edge_strips
+from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.hierarchy import Space
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
@@ -33,7 +34,8 @@ from .options import SplineOptions
 
 logger = logging.getLogger(__name__)
 
-MakesSpace = Callable[[HexMesh, Sharp], Space]
+Start = Callable[[], np.ndarray]  # (B, 3) Bezier points of h2s, fitted to the surface
+MakesSpace = Callable[[HexMesh, Sharp, Start], Space]
 REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
 
@@ -67,7 +69,9 @@ def constructed(
     )
     if jacobian.min_detj <= 0:
         logger.warning("the spline is not valid: det J is not positive everywhere")
-    return replace(spline, inner_edges=_inner_edges(spline, hexes, surface))
+    offset, tilt = distances(spline, surface)
+    edges = _inner_edges(spline, hexes, surface)
+    return replace(spline, inner_edges=edges, offset=offset, tilt=tilt)
 
 
 def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray:
@@ -95,9 +99,16 @@ def _best_trial(
 
     singular = len(extraordinary_edges(hexes)[0])
 
+    def fitted(spline: Spline) -> Spline:
+        return fit_to_surface(options.fit, spline, surface, on[quads_of_spline(spline, hexes)])
+
     def trial(name: str, sharp: Sharp) -> Trial:
-        plain = refined_spline(space(hexes, sharp), options.refine, surface, singular)
-        spline = fit_to_surface(options.fit, plain, surface, on[quads_of_spline(plain, hexes)])
+        def start() -> np.ndarray:
+            plain = fitted(volumetric_spline(hexes, *sharp))
+            return np.asarray(plain.extraction @ plain.control)
+
+        made = refined_spline(space(hexes, sharp, start), options.refine, surface, singular)
+        spline = fitted(made)
         return Trial.of(name, spline, sharp, surface, options.fit.floor, creases.lost(sharp))
 
     if options.fit.iterations == 0:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from polycube.spline.spaces.sharpness import Sharp
     from polycube.spline.spaces.subdivision import ControlMesh
 
+    from .construction import Start
+
 logger = logging.getLogger(__name__)
 
 MODES = 10  # lowest modes whose error is estimated, including rigid ones
@@ -34,8 +36,8 @@ class Volumetric(SplineOptions, ABC):
     """A spline on the hexes in the space of a subclass."""
 
     @abstractmethod
-    def space(self, hexes: HexMesh, sharp: Sharp) -> Space:
-        """The functions on the hexes and their coefficients."""
+    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> Space:
+        """The functions on the hexes and their coefficients; from the points of h2s if needed."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
@@ -54,13 +56,11 @@ class C0(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    def space(self, hexes: HexMesh, sharp: Sharp) -> ContinuousSpace:
+    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> ContinuousSpace:
         """One function for each Bezier node, with the points of h2s."""
         from polycube.spline.spaces.continuous import ContinuousSpace
-        from polycube.spline.spaces.extraction import volumetric_spline
 
-        plain = volumetric_spline(hexes, *sharp)
-        return ContinuousSpace(hexes, plain.extraction @ plain.control)
+        return ContinuousSpace(hexes, start())
 
 
 @register("spline", "h2s")
@@ -74,7 +74,7 @@ class H2S(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("wei2017th", "yu2022hexgen", "borden2011extraction")
 
-    def space(self, hexes: HexMesh, sharp: Sharp) -> ControlMesh:
+    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> ControlMesh:
         """The functions of the vertices."""
         from polycube.spline.spaces.subdivision import ControlMesh
 
@@ -93,14 +93,11 @@ class Optimal(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    def space(self, hexes: HexMesh, sharp: Sharp) -> OptimalSpace:
+    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> OptimalSpace:
         """The functions, with the Bezier points of h2s."""
-        from polycube.spline.spaces.extraction import volumetric_spline
         from polycube.spline.spaces.optimal import smallest_space
 
-        plain = volumetric_spline(hexes, *sharp)
-        points = plain.extraction @ plain.control
-        return smallest_space(hexes, points, *sharp)
+        return smallest_space(hexes, start(), *sharp)
 
 
 @register("spline", "auto")

@@ -21,10 +21,8 @@ from polycube.hexmesh.named_sets import (
     sets_of_quads,
 )
 from polycube.spline.bernstein import bernstein, derivative, gauss
-from polycube.spline.boundary import corner_nodes, edge_strips, grid, sampling
+from polycube.spline.boundary import N_GAUSS, corner_nodes, edge_strips, grid, sampling
 from polycube.types import HexMesh, Spline
-
-N_GAUSS = 5  # per direction: exact for bicubic traces times normals
 
 
 def faces_of(spline: Spline, where: object) -> np.ndarray:

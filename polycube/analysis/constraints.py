@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack, vstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from polycube.analysis.boundary_sets import N_GAUSS, Trace, edge_trace, trace
+from polycube.analysis.boundary_sets import Trace, edge_trace, trace
 from polycube.analysis.slopes import zero_slope_edges
-from polycube.spline.boundary import boundary_nodes
+from polycube.spline.boundary import N_GAUSS, boundary_nodes
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)

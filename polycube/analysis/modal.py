@@ -18,8 +18,11 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
+from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import elastic_preconditioner
 from polycube.analysis.problem import Material
+from polycube.analysis.recovery import gradient_field
+from polycube.analysis.shape import change
 from polycube.numerics.davidson import davidson
 from polycube.numerics.factorization import factorize
 from polycube.numerics.products import Symmetric
@@ -58,7 +61,7 @@ def free_modes(
     if not 0 < n_modes < constraints.basis.shape[1]:
         raise ValueError(f"modes must be in [1, {constraints.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
-    unit = replace(spline, control=spline.control / diagonal)
+    unit = replace(spline, control=spline.control / diagonal, offset=spline.offset / diagonal)
     stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
     near = elastic_preconditioner(unit, constraints, material.poisson, SHIFT)
@@ -98,8 +101,14 @@ def _errors(
     """Estimated relative errors of the frequencies of some modes, shapes (K, C, 3).
 
     Continuous tricubic functions lower an eigenvalue by nearly the energy that they add to its mode
-    (shapes have a mass of 1); a few steps of conjugate gradients find most of it.
+    (shapes have a mass of 1); a few steps of conjugate gradients find most of it. The change by the
+    distance of the boundary from the part is added.
     """
+    material, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
+
+    def work(slope: np.ndarray) -> np.ndarray:
+        return material.work(slope)[:, None]
+
     elasticity = Elasticity.of(spline, poisson, n_gauss)
     enrichment = Enrichment.of(spline, elasticity, supports)
     found = []
@@ -107,7 +116,9 @@ def _errors(
         moved = spline.extraction @ shape
         rest = value * elasticity.inertia(moved) - elasticity.forces(moved)
         more, _, _ = enrichment.solve(rest, most=STEPS)
-        found.append(SAFETY * float((rest * more).sum()) / value / 2)
+        density = gradient_field(spline, moved, work, poor)[:, 0] - value * (moved**2).sum(axis=1)
+        off = SAFETY * float((rest * more).sum()) + abs(change(spline, density))
+        found.append(off / value / 2)
     return tuple(found)
 
 

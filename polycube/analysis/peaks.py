@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from polycube.analysis.boundary_sets import edge_trace, sets_of_sides, trace
 from polycube.analysis.constraints import Support
 from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
+from polycube.analysis.shape import NOTCH
 from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
 from polycube.spline.bezier import scaled_detj
 from polycube.spline.boundary import boundary_nodes, edge_strips
@@ -149,10 +150,12 @@ def peaks(
         around = np.flatnonzero(around & ~poor if (around & ~poor).any() else around)
         raw = at_places(spline, displacement, von_mises_of, LINE, around)[..., 0]
         recovered = von_mises[spline.nodes[around]] @ volume_basis(LINE)[0].T
+        here = (boundary_nodes(spline) == spline.nodes[element, place]).any(axis=1)
+        tilt = float(spline.tilt[here].max(initial=0)) if len(spline.tilt) else 0.0
         return Peak(
             value=value,
             at=tuple(points[element, place].tolist()),
-            error=float(abs(raw - recovered).max()),
+            error=float(abs(raw - recovered).max()) + NOTCH * tilt * value,
             on=boundary_name(spline, points[element, place]),
         )
 

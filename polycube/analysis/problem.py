@@ -6,6 +6,8 @@ Lengths and displacements are in the unit of the part; all other quantities are 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 Vector = tuple[float, float, float]
 NOTHING: Vector = (0.0, 0.0, 0.0)
 
@@ -24,6 +26,29 @@ class Material:
                 f"material needs young > 0, density > 0 and -1 < poisson < 0.5; got "
                 f"young={self.young:g}, poisson={self.poisson:g}, density={self.density:g}"
             )
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus in Pa."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def lame(self) -> float:
+        """First parameter of Lame in Pa."""
+        return 2 * self.shear * self.poisson / (1 - 2 * self.poisson)
+
+    def stress(self, slope: np.ndarray) -> np.ndarray:
+        """(P, 6) stresses xx yy zz yz zx xy of displacement gradients (P, 3, 3)."""
+        strain = (slope + slope.swapaxes(1, 2)) / 2
+        dilation = np.trace(strain, axis1=1, axis2=2)[:, None, None]
+        stress = 2 * self.shear * strain + self.lame * dilation * np.eye(3)
+        return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+
+    def work(self, slope: np.ndarray) -> np.ndarray:
+        """(P,) products of stress and strain of displacement gradients (P, 3, 3)."""
+        strain = (slope + slope.swapaxes(1, 2)) / 2
+        square = (strain**2).sum(axis=(1, 2))
+        return 2 * self.shear * square + self.lame * np.trace(strain, axis1=1, axis2=2) ** 2
 
 
 MATERIALS = {

@@ -22,6 +22,7 @@ from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_pla
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import at_places, field_of, gradient_field, samples
+from polycube.analysis.shape import change
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Deformation, Spline
@@ -93,17 +94,43 @@ def deform(
     moved = corrected(Enrichment.of(unit, elasticity, supports, coarse), scaled, own)
     energy = (moved * elasticity.forces(moved)).sum() / 2
     radius = away * diagonal
+    work = float(energy) * material.young * metres**3
+    gravity = material.density * np.asarray(acceleration, dtype=np.float64)
+    grown = _growth(spline, material, moved * diagonal, gravity * METRES[length_unit])
     singular = singular_places(spline, supports, [load.faces for load in loads], radius)
     return Deformation(
         displacement=moved * diagonal,
         supports=tuple(support.name for support in supports),
         reactions=constraints.reactions(residual),
         load=on_nodes.sum(axis=0),
-        strain_energy=float(energy) * material.young * metres**3,
+        strain_energy=work,
         mass=float(weight.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
-        **_stresses(spline, material, moved * diagonal, elasticity, singular, radius),
+        **_stresses(
+            spline,
+            material,
+            moved * diagonal,
+            elasticity,
+            singular,
+            radius,
+            abs(grown) * METRES[length_unit] ** 3 / max(2 * work, np.finfo(float).tiny),
+        ),
     )
+
+
+def _growth(
+    spline: Spline, material: Material, displacement: np.ndarray, gravity: np.ndarray
+) -> float:
+    """Change of the compliance in Pa times cubed units of the part, if the boundary is on the part.
+
+    gravity : (3,) weight of a volume, times the length unit
+    """
+
+    def density(slope: np.ndarray) -> np.ndarray:
+        return material.work(slope)[:, None]
+
+    work = gradient_field(spline, displacement, density, poor_elements(spline))[:, 0]
+    return change(spline, 2 * displacement @ gravity - work)
 
 
 def _stresses(
@@ -113,27 +140,22 @@ def _stresses(
     elasticity: Elasticity,
     singular: Sequence[Singular],
     radius: float,
+    grown: float,
 ) -> dict[str, Any]:
-    """The stresses and errors of a Deformation for a displacement (B, 3)."""
-    shear = material.young / (2 * (1 + material.poisson))
-    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
+    """The stresses and errors of a Deformation for a displacement (B, 3).
 
-    def stress_of(slope: np.ndarray) -> np.ndarray:
-        """(P, 6) stresses of displacement gradients (P, 3, 3)."""
-        strain = (slope + slope.swapaxes(1, 2)) / 2
-        dilation = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-        stress = 2 * shear * strain + lame * dilation * np.eye(3)
-        return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+    grown : relative change of the compliance if the boundary is on the part
+    """
 
     def equivalent_of(slope: np.ndarray) -> np.ndarray:
-        return von_mises(stress_of(slope))[:, None]
+        return von_mises(material.stress(slope))[:, None]
 
     poor = poor_elements(spline)
-    stress = gradient_field(spline, displacement, stress_of, poor)
+    stress = gradient_field(spline, displacement, material.stress, poor)
     equivalent = field_of(spline, stress, von_mises)
     largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
     line = gauss(elasticity.n_gauss)[0]
-    raw = at_places(spline, displacement, stress_of, line)
+    raw = at_places(spline, displacement, material.stress, line)
     recovered = volume_basis(line)[0] @ stress[spline.nodes]
     off = _relative(recovered - raw, recovered, elasticity)
     most = np.linalg.norm(samples(spline, displacement), axis=2).max()
@@ -144,7 +166,7 @@ def _stresses(
         "singular": largest[1],
         "poor": int(poor.sum()),
         "stress_error": off,
-        "displacement_error": SAFETY * off**2 * float(most),
+        "displacement_error": (SAFETY * off**2 + grown) * float(most),
     }
 
 

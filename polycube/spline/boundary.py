@@ -11,11 +11,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.hexmesh.quality import Distances
-from polycube.spline.bernstein import bernstein, derivative
+from polycube.spline.bernstein import bernstein, derivative, gauss
 from polycube.spline.bezier import min_detj
 from polycube.surface import closest
 from polycube.surface.fit_target import target
-from polycube.surface.measures import unit, volume
+from polycube.surface.measures import unit
 from polycube.types import Spline, TriMesh
 
 _GRID = np.arange(64).reshape(4, 4, 4)  # [k, j, i]
@@ -33,6 +33,9 @@ FACES = np.stack(
 _CORNERS = [0, 3, 12, 15]
 PIECES = 4  # divisions of a boundary face in each direction
 SAMPLES = 8000  # points on the surface, in addition to its vertices
+N_GAUSS = 5  # per direction: exact for bicubic traces times normals
+ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
+FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 
 
 class Elements(Protocol):
@@ -136,6 +139,24 @@ def unshared_faces(nodes: np.ndarray) -> np.ndarray:
     return np.stack(np.divmod(np.flatnonzero(count[inverse.ravel()] == 1), 6), axis=1)
 
 
+def distances(spline: Spline, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
+    """How far the part is outside the boundary, and how much it is inclined to it.
+
+    Returns
+    -------
+    (Q, N_GAUSS^2) signed distances at the Gauss points of each face, in the units of the part, and
+    the largest angles (Q,) between the normals there, in radians; 0 without CAD faces.
+    """
+    goal = target(surface)
+    at, du, dv = sampling(spline, *grid(gauss(N_GAUSS)[0]))
+    nodes = goal.to_unit(spline.extraction @ spline.control)
+    points, facing = at @ nodes, normals(du @ nodes, dv @ nodes)
+    foot, normal = goal.smooth(*goal.closest(points, facing, ALPHA, None, FREE))
+    offset = ((foot - points) * facing).sum(axis=1) * goal.scale
+    angle = np.arccos(np.clip((normal * facing).sum(axis=1), -1, 1)) * bool(len(surface.region))
+    return offset.reshape(-1, N_GAUSS**2), angle.reshape(-1, N_GAUSS**2).max(axis=1)
+
+
 @dataclass(frozen=True)
 class Deviation:
     """Distances as fractions of the diagonal of the surface."""
@@ -143,7 +164,7 @@ class Deviation:
     to_surface: Distances  # from points of the boundary of the spline
     to_spline: Distances  # from points of the surface
     worst: tuple[float, float, float]  # point with the largest distance, on either
-    volume: float  # volume of the spline divided by that of the surface, minus 1
+    volume: float  # volume of the spline divided by that of the smooth surface, minus 1
 
 
 @lru_cache(maxsize=4)
@@ -156,14 +177,15 @@ def deviation(spline: Spline, surface: TriMesh) -> Deviation:
     goal = target(surface)
     points, _, _ = sampling(spline, *grid(np.arange(PIECES + 1) / PIECES))
     own = goal.to_unit(points @ (spline.extraction @ spline.control))
-    there = closest.distance(goal.tree, own)
+    there = np.linalg.norm(goal.smooth(*goal.closest(own))[0] - own, axis=1)
     faces = triangles(own, PIECES)
-    others = np.concatenate([goal.samples(SAMPLES)[0], goal.surface.vertices])
+    flat = goal.closest(goal.samples(SAMPLES)[0])
+    others = np.concatenate([goal.smooth(*flat)[0], goal.surface.vertices])
     here = closest.distance(closest.tree(faces), others)
     both, places = np.concatenate([there, here]), np.concatenate([own, others])
     return Deviation(
         Distances.of(there),
         Distances.of(here),
         tuple(goal.to_model(places[both.argmax()]).tolist()),
-        min_detj(spline).volume / volume(surface) - 1,
+        min_detj(spline).volume / goal.volume - 1,
     )

@@ -12,8 +12,18 @@ import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
 from polycube.spline.bernstein import gauss
-from polycube.spline.boundary import corner_nodes, corners, grid, normals, sampling, triangles
+from polycube.spline.boundary import (
+    ALPHA,
+    FREE,
+    corner_nodes,
+    corners,
+    grid,
+    normals,
+    sampling,
+    triangles,
+)
 from polycube.surface import closest
+from polycube.surface.curved import smooth_curve
 from polycube.surface.fit_target import Target
 from polycube.surface.measures import twins
 from polycube.types import Spline
@@ -22,8 +32,6 @@ OWN = 4  # points on a face in each direction
 PIECES = 4  # divisions of a face in each direction, for closest points on the boundary
 SAMPLES = 6000  # points of the surface
 STEP = 0.004  # spacing of points on creases, in diagonals
-ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
-FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 COVER = 2.0  # weight of the points of the surface, relative to those of the spline
 # weight of points on creases per side length of a face; larger values bulge rounded edges
 CREASE = 0.3
@@ -60,7 +68,8 @@ class Matcher:
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
         self._tree: closest.Tree | None = None
-        self._points, self._normals, self._on = target.samples(SAMPLES)
+        flat, self._normals, self._on = target.samples(SAMPLES)
+        self._points, self._normals = target.smooth(*target.closest(flat, self._normals, ALPHA))
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
         on = [c.at(np.arange(STEP / 2, c.length, STEP))[0] for c in loose]
@@ -84,7 +93,7 @@ class Matcher:
         chart = np.repeat(self._cad_face, OWN**2)
         foot, self._own_face = self.target.closest(at, facing, ALPHA, self._own_face, FREE, chart)
         weight = np.repeat(share, OWN**2) / OWN**2
-        return Matches(self.rows, foot, self.target.normals[self._own_face], weight)
+        return Matches(self.rows, *self.target.smooth(foot, self._own_face), weight)
 
     def _from_surface(
         self, control: np.ndarray, area: np.ndarray, share: np.ndarray
@@ -150,9 +159,8 @@ class CurveMatcher:
     def __init__(self, spline: Spline, target: Target, cad_face: np.ndarray) -> None:
         curves: dict[tuple[int, int], list[np.ndarray]] = {}
         for crease in target.followed.creases:
-            curves.setdefault(crease.faces, []).append(
-                np.stack([crease.points[:-1], crease.points[1:]], axis=1)
-            )
+            points = smooth_curve(crease)
+            curves.setdefault(crease.faces, []).append(np.stack([points[:-1], points[1:]], axis=1))
         first, second = twins(corner_nodes(spline))
         adjacent = np.sort(cad_face[np.stack([first, second], axis=1) // 4], axis=1)
         between = (adjacent[:, 0] > 0) & (adjacent[:, 0] < adjacent[:, 1])

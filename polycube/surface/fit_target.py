@@ -8,12 +8,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.surface import closest
+from polycube.surface import closest, curved
 from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
-from polycube.surface.measures import diagonal, face_areas, face_normals, spread, unit
+from polycube.surface.measures import (
+    area_vectors,
+    diagonal,
+    face_areas,
+    face_normals,
+    spread,
+    unit,
+    volume,
+)
 from polycube.types import TriMesh
 
 STEADY = 0.025  # half a hex: radius over which the normals of noisy faces are averaged
@@ -55,6 +63,25 @@ class Target:
         """
         return closest.closest(self.tree, points, normals, alpha, guess, free, cad_face)[:2]
 
+    def smooth(self, points: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points and unit normals (N, 3) of the CAD faces for points (N, 3) of triangles (N,).
+
+        Other surfaces are not changed; see `polycube.surface.curved`.
+        """
+        corners = self.surface.vertices[self.surface.faces[face]]
+        return curved.lifted(points, corners, _corner_normals(self)[face])
+
+    @property
+    def volume(self) -> float:
+        """Volume inside the smooth CAD faces, in the units of the model.
+
+        The mean of a quadratic offset over a triangle is 3/4 of that at its centroid.
+        """
+        middles = self.surface.vertices[self.surface.faces].mean(axis=1)
+        shift = self.smooth(middles, np.arange(len(middles)))[0] - middles
+        more = 3 / 4 * float(np.vdot(area_vectors(self.surface), shift))
+        return (volume(self.surface) + more) * self.scale**3
+
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` evenly spread points (N, 3), their normals (N, 3) and CAD faces (N,)."""
         return _samples(self, number)
@@ -76,6 +103,11 @@ def target(surface: TriMesh) -> Target:
     region = small.region if len(small.region) else None
     tree = closest.tree(small.vertices[small.faces], normals, region)
     return Target(center, scale, small, normals, unit(by_vertex), tree, graph, without_cusps(graph))
+
+
+@lru_cache(maxsize=4)
+def _corner_normals(target: Target) -> np.ndarray:
+    return curved.corner_normals(target.surface, target.normals)
 
 
 @lru_cache(maxsize=16)

@@ -41,10 +41,9 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def frame(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed rows, the last along an axis of length 1."""
-    first = np.cross(axis, np.eye(3)[np.argmin(abs(axis))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(axis, first), axis])
+    """(..., 3, 3) right-handed rows, the last along an axis (..., 3) of length 1."""
+    first = unit(np.cross(axis, np.eye(3)[np.argmin(abs(axis), axis=-1)]))
+    return np.stack([first, np.cross(axis, first), axis], axis=-2)
 
 
 def corner_angles(surface: TriMesh) -> np.ndarray:

@@ -35,6 +35,9 @@ class Spline:
     extraordinary_edges : number of extraordinary edges of the hex mesh
     sets : named boundary sets, (N,) row numbers of `sides`
     inner_edges : (R, 2) pairs of rows of `sides` that meet at a re-entrant edge of the CAD model
+    offset : (Q, 25) distance by which the part is outside each boundary face, at 5^2 Gauss points;
+        no rows if it is not known
+    tilt : (Q,) largest angle between the normals of the part and of each boundary face, in radians
     """
 
     control: np.ndarray
@@ -47,6 +50,8 @@ class Spline:
     extraordinary_edges: int = 0
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     inner_edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    offset: np.ndarray = field(default_factory=lambda: np.zeros((0, 25)))
+    tilt: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     bounds: ClassVar = {
         "nodes": "extraction",
@@ -65,6 +70,8 @@ class Spline:
             sides="Q 2 int",
             patch="Q int",
             inner_edges="R 2 int",
+            offset="P 25",
+            tilt="P",
         )
         if self.extraction.shape[1:] != (len(self.control),):
             raise ValueError(f"Spline.extraction must have {len(self.control)} columns")

@@ -15,7 +15,7 @@ from polycube.io.hex_meshes import patches
 from polycube.registry import build
 from polycube.spline.spaces.hierarchy import coarsest, finer_level, hierarchical_spline
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
-from tests.fixtures.hierarchies import sharpened
+from tests.fixtures.hierarchies import space_on
 
 
 def with_patches(mesh):
@@ -108,7 +108,7 @@ def test_a_spline_refined_somewhere_has_the_sets_of_its_mesh(space):
     mesh = without((3, 3, 1), [(1.5, 1.5, 0.5)])
     mesh = replace(mesh, sets=boundary_sets(mesh))
     maker = build("spline", {"plugin": space})
-    coarse = coarsest(maker.space(mesh, sharpened(maker, mesh)))
+    coarse = coarsest(space_on(maker, mesh))
     spline = hierarchical_spline([coarse, finer_level(coarse, np.array([0, 4]))])
     assert len(spline.sides) > len(mesh.quads)
     sets = sets_of_spline(spline, mesh)

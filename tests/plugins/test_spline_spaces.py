@@ -9,13 +9,13 @@ from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import creases
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
-from tests.fixtures.hierarchies import sharpened
+from tests.fixtures.hierarchies import space_on
 
 
 def solid(mesh, name="h2s", **options):
     """The spline before it is fitted to a surface."""
     plugin = build("spline", {"plugin": name, **options})
-    return refined_spline(plugin.space(mesh, sharpened(plugin, mesh)), plugin.refine, None)
+    return refined_spline(space_on(plugin, mesh), plugin.refine, None)
 
 
 @pytest.mark.parametrize("name", ["optimal", "c0"])

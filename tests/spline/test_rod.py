@@ -11,7 +11,7 @@ from polycube.registry import build
 from polycube.spline.bezier import bezier_points
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
-from tests.fixtures.hierarchies import sharpened
+from tests.fixtures.hierarchies import space_on
 from tests.oracles.matrices import assemble
 
 EIGOUT = [
@@ -35,7 +35,7 @@ def rod(folder, elements=()):
     """The space of the published mesh with its sharp edges, refined, without other changes."""
     mesh, _ = read_hexes(folder / "rod_hex_paper_used.vtk")
     maker = build("spline", {"plugin": "h2s", "sharp": str(folder / "sharp.txt")} | PUBLISHED)
-    space = maker.space(mesh, sharpened(maker, mesh))
+    space = space_on(maker, mesh)
     return space, refined_spline(space, Refinement(elements=elements), boundary(mesh))
 
 

@@ -18,7 +18,7 @@ from polycube.spline.spaces.optimal import OptimalSpace
 from polycube.spline.spaces.sharp_features import single_hex_edges, union
 from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import CORNERS, hex_ball, hex_box, hex_cylinder, pillowed_cube
-from tests.fixtures.hierarchies import sharpened
+from tests.fixtures.hierarchies import space_on
 
 SOLIDS = {
     "box": hex_box((3, 1, 4)),
@@ -31,7 +31,7 @@ SOLIDS = {
 
 def space_of(mesh, kind="optimal", **options):
     plugin = build("spline", {"plugin": kind, **options})
-    return plugin.space(mesh, sharpened(plugin, mesh))
+    return space_on(plugin, mesh)
 
 
 SPACES = {name: space_of(mesh) for name, mesh in SOLIDS.items()}

@@ -9,7 +9,7 @@ from polycube.spline.bernstein import bernstein, tensor
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, pillowed_cube
-from tests.fixtures.hierarchies import sharpened
+from tests.fixtures.hierarchies import space_on
 from tests.oracles.matrices import assemble_scalar
 
 SOLIDS = {
@@ -23,7 +23,7 @@ SOLIDS = {
 
 def space_of(mesh, kind="optimal", **options):
     plugin = build("spline", {"plugin": kind, **options})
-    return plugin.space(mesh, sharpened(plugin, mesh))
+    return space_on(plugin, mesh)
 
 
 def poisson_errors(mesh, kind, levels, exact):
