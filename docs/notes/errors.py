@@ -16,8 +16,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-FINER = 0.6
-SIZE = 4.0  # % of the diagonal, the default
+FINER = 0.65
+SIZE = 5.0  # % of the diagonal, the default
 PROBLEMS = {
     "modal": ["analysis=modal", "analysis.modes=10"],
     "static": ["analysis=static", "analysis.fixed=[z_min]"],
