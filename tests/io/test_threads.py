@@ -29,6 +29,7 @@ def threaded(folder):
     return read_cad(folder / "screw.step", Cad(threads="keep"))[0]
 
 
+@pytest.mark.slow
 def test_the_thread_of_a_screw_becomes_its_shank(threaded):
     found, notes = without_threads(threaded, "mm")
     assert volume(threaded) < 0.96 * SCREW
@@ -50,6 +51,7 @@ def test_the_thread_of_a_screw_becomes_its_shank(threaded):
     assert np.abs(rim[:, 2] - 0.7).max() < 0.015  # 0.1 % of the diagonal, for 48 segments
 
 
+@pytest.mark.slow
 def test_a_moved_and_turned_screw_is_the_same(threaded):
     turn, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
     turn *= np.linalg.det(turn)

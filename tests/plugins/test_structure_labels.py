@@ -154,6 +154,7 @@ def test_rays_hit_the_same_triangle_in_their_strip_as_among_all(axis):
     assert hits > 50
 
 
+@pytest.mark.slow
 def test_a_lattice_with_too_many_bricks_is_not_proposed():
     assert proposed(bored(), bricks=7) == []
     assert proposed(bored(), bricks=9) != []

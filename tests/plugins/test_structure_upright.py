@@ -297,8 +297,8 @@ def test_a_round_end_between_two_caps_becomes_a_wall(turn):
 @pytest.mark.parametrize(
     ("name", "handles", "error", "most"),
     [
-        ("lug", 3, 0.02, 2200),
         ("countersunk", 4, 0.01, 4000),
+        pytest.param("lug", 3, 0.02, 2200, marks=pytest.mark.slow),
         pytest.param("tee", 2, 0.09, 4500, marks=pytest.mark.slow),
     ],
 )

@@ -13,8 +13,13 @@ from tests.testing.broken import broken
 CUBE = {"context": ["cube"]}
 NEEDED = {("structure", "given"): CUBE, ("structure", "paper"): CUBE}  # options that must be given
 LONG = {("model", "transformer"), ("model", "unet"), ("model", "points")}  # large networks
-LONG |= {("structure", name) for name in names("structure") if name not in ("given", "slices")}
-LONG |= {("meshing/map", "harmonic"), ("meshing/segment", "drawn"), ("spline", "auto")}
+LONG |= {("structure", name) for name in names("structure") if name != "slices"}
+LONG |= {
+    ("data", "machined"),
+    ("meshing/map", "harmonic"),
+    ("meshing/segment", "drawn"),
+    ("spline", "auto"),
+}
 ELSEWHERE = {"parts"}  # without files it does nothing: see its own test
 
 
