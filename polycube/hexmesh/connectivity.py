@@ -96,7 +96,7 @@ def label_of(rows: np.ndarray, known: np.ndarray, label: np.ndarray) -> np.ndarr
 
 def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMesh, np.ndarray]:
     """Extract hexes (E,) of a mesh with their boundary quads, and the used vertices (V',),
-    ascending.
+    ascending; without CAD faces and sets.
 
     sides : (Q, 2) hex and local face of each boundary quad of the mesh
     """
@@ -109,6 +109,8 @@ def part(mesh: HexMesh, elements: np.ndarray, sides: np.ndarray) -> tuple[HexMes
         quads=np.searchsorted(used, mesh.quads[is_inside]),
         patch=mesh.patch[is_inside],
         cell=mesh.cell[elements],
+        cad_face=mesh.cad_face[:0],
+        sets={},
     )
     return piece, used
 
@@ -210,7 +212,8 @@ def check_conforming(mesh: HexMesh) -> None:
 def split(mesh: HexMesh) -> HexMesh:
     """Divide every hex into eight; the existing vertices keep their numbers.
 
-    The children of hex h are 8 h to 8 h + 7, those of quad q are 4 q to 4 q + 3.
+    The children of hex h are 8 h to 8 h + 7, those of quad q are 4 q to 4 q + 3. The result has no
+    CAD faces and sets.
     """
     number = np.zeros((len(mesh.hexes), 27), np.int64)
     vertices = [mesh.vertices]
@@ -237,6 +240,8 @@ def split(mesh: HexMesh) -> HexMesh:
         quads=children.reshape(-1, 4),
         patch=np.repeat(mesh.patch, 4),
         cell=np.repeat(mesh.cell, 8),
+        cad_face=mesh.cad_face[:0],
+        sets={},
     )
 
 

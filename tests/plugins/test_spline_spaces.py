@@ -1,5 +1,7 @@
 """The three spline spaces, and user-supplied sharp edges."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,3 +71,14 @@ def test_refuses_invalid_sharp_edges(tmp_path):
         solid(mesh, sharp=str(tmp_path / "words.txt"))
     with pytest.raises(ValueError, match="sharp edges must be pairs of vertices"):
         build("spline", {"plugin": "h2s", "sharp": [[0, 1, 2]]})
+
+
+@pytest.mark.parametrize("name", ["h2s", "optimal", "c0"])
+def test_the_mesh_of_a_cad_part_is_refined(name):
+    """CAD faces and sets of the mesh are of no use for the finer levels."""
+    plain = hex_box((2, 2, 2))
+    faces = np.ones(len(plain.quads), np.int64)
+    mesh = replace(plain, cad_face=faces, sets={"cad_LID": np.arange(4)})
+    for refine in ({"levels": 1}, {"boxes": [{"box": [0, 0, 0, 0.4, 1, 1]}]}):
+        spline = solid(mesh, name, refine=refine)
+        assert len(spline.nodes) == len(solid(plain, name, refine=refine).nodes) > 8
