@@ -22,7 +22,7 @@ from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import elastic_preconditioner
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import gradient_field
-from polycube.analysis.shape import change
+from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
 from polycube.numerics.factorization import factorize
 from polycube.numerics.products import Symmetric
@@ -117,7 +117,7 @@ def _errors(
         rest = value * elasticity.inertia(moved) - elasticity.forces(moved)
         more, _, _ = enrichment.solve(rest, most=STEPS)
         density = gradient_field(spline, moved, work, poor)[:, 0] - value * (moved**2).sum(axis=1)
-        off = SAFETY * float((rest * more).sum()) + abs(change(spline, density))
+        off = SAFETY * float((rest * more).sum()) + distance_error(spline, density)
         found.append(off / value / 2)
     return tuple(found)
 

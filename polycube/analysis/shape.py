@@ -14,16 +14,21 @@ from scipy.sparse import eye
 from polycube.analysis.boundary_sets import trace
 from polycube.types import Spline
 
+SAFETY = 2.0  # factor of the estimated error, for what the first order does not contain
 # relative change of the stress per angle between the normals: 2 at the bottom of a shallow wave of
 # a free surface (Gao 1991)
 NOTCH = 2.0
 
 
-def change(spline: Spline, density: np.ndarray) -> float:
-    """Integral of a density (B,) times the distance of the part outside the spline."""
+def distance_error(spline: Spline, density: np.ndarray) -> float:
+    """Estimated error by the distance of the part from the spline.
+
+    That is `SAFETY` times the size of the integral of a density (B,) times this distance over the
+    boundary; 0 if the distance is not known.
+    """
     if not len(spline.offset):
         return 0.0
     points = spline.extraction @ spline.control
     nodal = replace(spline, control=points, extraction=eye(len(points), format="csr"))
     here = trace(nodal, np.arange(len(spline.sides)))
-    return float((here.area * spline.offset.ravel()) @ (here.shape @ density))
+    return SAFETY * abs(float((here.area * spline.offset.ravel()) @ (here.shape @ density)))

@@ -22,7 +22,7 @@ from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_pla
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import at_places, field_of, gradient_field, samples
-from polycube.analysis.shape import change
+from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Deformation, Spline
@@ -33,6 +33,7 @@ logger = logging.getLogger(__name__)
 # factor of the estimated error of displacements: that of the work of the loads is the square of the
 # error of the stress in the energy norm
 SAFETY = 3.0
+TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def deform(
             elasticity,
             singular,
             radius,
-            abs(grown) * METRES[length_unit] ** 3 / max(2 * work, np.finfo(float).tiny),
+            grown * METRES[length_unit] ** 3 / max(2 * work, TINY),
         ),
     )
 
@@ -121,7 +122,7 @@ def deform(
 def _growth(
     spline: Spline, material: Material, displacement: np.ndarray, gravity: np.ndarray
 ) -> float:
-    """Change of the compliance in Pa times cubed units of the part, if the boundary is on the part.
+    """Error of the compliance by the distance from the part, in Pa times cubed units of the part.
 
     gravity : (3,) weight of a volume, times the length unit
     """
@@ -130,7 +131,7 @@ def _growth(
         return material.work(slope)[:, None]
 
     work = gradient_field(spline, displacement, density, poor_elements(spline))[:, 0]
-    return change(spline, 2 * displacement @ gravity - work)
+    return distance_error(spline, 2 * displacement @ gravity - work)
 
 
 def _stresses(
@@ -144,7 +145,7 @@ def _stresses(
 ) -> dict[str, Any]:
     """The stresses and errors of a Deformation for a displacement (B, 3).
 
-    grown : relative change of the compliance if the boundary is on the part
+    grown : estimated relative change of the compliance if the boundary is on the part
     """
 
     def equivalent_of(slope: np.ndarray) -> np.ndarray:
@@ -179,7 +180,7 @@ def _relative(rest: np.ndarray, stress: np.ndarray, elasticity: Elasticity) -> f
         density = (1 + poisson) * squares - poisson * of[..., :3].sum(axis=2) ** 2
         return float((elasticity.volume * density).sum())
 
-    return float(np.sqrt(energy(rest) / max(energy(stress), np.finfo(float).tiny)))
+    return float(np.sqrt(energy(rest) / max(energy(stress), TINY)))
 
 
 def _supported(spline: Spline, supports: Sequence[Support]) -> Constraints:
