@@ -24,7 +24,7 @@ from polycube.analysis.problem import Material
 from polycube.analysis.recovery import gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
-from polycube.numerics.factorization import factorize
+from polycube.numerics.factorization import single_precision
 from polycube.numerics.products import Symmetric
 from polycube.types import Modes, Spline
 from polycube.units import METRES
@@ -154,17 +154,10 @@ def lowest(
             raise ValueError("matrix is not positive definite")
         return values[:n_modes], vectors[:, :n_modes]
 
-    def shifted(dtype: type) -> csr_matrix:
-        each = kron(mass, eye(n_components), "csr")
-        return csr_matrix(stiffness - shift * each, dtype=dtype)
-
     def inertia(x: np.ndarray) -> np.ndarray:
         return (mass @ x.reshape(mass.shape[0], -1)).reshape(x.shape)
 
-    try:
-        factor = factorize(shifted(np.float32), points)
-    except ValueError:  # too ill-conditioned for single precision
-        factor = factorize(shifted(np.float64), points)
+    factor = single_precision(stiffness - shift * kron(mass, eye(n_components), "csr"), points)
     return davidson(
         stiffness,
         LinearOperator(stiffness.shape, inertia, matmat=inertia),

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
 from polycube.errors import MeshingError
-from polycube.numerics.factorization import Factor, factorize
+from polycube.numerics.factorization import Factor, factorize, single_precision
 from polycube.numerics.products import Symmetric, times
 from polycube.types import ElementFunctions, Spline
 
@@ -35,6 +35,8 @@ logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
 ITERATIONS = 500  # largest number of iterations
+FEW = 60  # the same with a factor in single precision
+SMALL = 20_000  # unknowns below which the factor is in double precision
 
 Operator = Callable[[np.ndarray], np.ndarray]
 
@@ -62,10 +64,7 @@ class Preconditioner:
         n = stiffness.blocks.shape[1]
         matrix = stiffness.full().tocsr()[free][:, free]
         places = np.repeat(model.vertices, n, axis=0)[free]
-        try:
-            factor = factorize(matrix.astype(np.float32), places)
-        except ValueError:  # too ill-conditioned for single precision
-            factor = factorize(matrix, places)
+        factor = single_precision(matrix, places)
         return cls(values, csr_matrix(values.T), free.reshape(-1, n), factor)
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
@@ -156,11 +155,22 @@ def solvers(
 ) -> tuple[Operator, Operator]:
     """The solver for forces (free,), and an approximate solver at the cost of one iteration.
 
-    Both are the direct factor if there is no preconditioner.
+    Without a preconditioner, that is the direct factor, in single precision for many unknowns.
     """
     if near is None:
-        solve = factorize(constraints.basis.T @ stiffness.full() @ constraints.basis, points).solve
-        return solve, solve
+        matrix = csr_matrix(constraints.basis.T @ stiffness.full() @ constraints.basis)
+        if matrix.shape[0] < SMALL:
+            exact = factorize(matrix, points).solve
+            return exact, exact
+        factor = single_precision(matrix, points)
+
+        def solve(right: np.ndarray) -> np.ndarray:
+            try:
+                return conjugate_gradients(matrix.dot, right, factor.solve, FEW)
+            except MeshingError:  # too ill-conditioned for single precision
+                return factorize(matrix, points).solve(right)
+
+        return solve, factor.solve
     return partial(conjugate_gradients, near.restricted(stiffness).matvec, precondition=near), near
 
 
@@ -208,18 +218,20 @@ class VertexModel:
         )
 
 
-def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Operator) -> np.ndarray:
+def conjugate_gradients(
+    matrix: Operator, right: np.ndarray, precondition: Operator, most: int = ITERATIONS
+) -> np.ndarray:
     """Solution (N,) of A x = right (N,).
 
     precondition : approximate inverse; it may be in single precision, because directions are made
         conjugate with the change of the residual (Polak and Ribiere)
 
-    Raises MeshingError if TOLERANCE is not reached within ITERATIONS.
+    Raises MeshingError if TOLERANCE is not reached within `most` iterations.
     """
     found, rest = np.zeros_like(right), right
     better = direction = precondition(rest)
     size = first = rest @ better
-    for step in range(ITERATIONS):
+    for step in range(most):
         if size <= TOLERANCE**2 * first:
             logger.info("%d unknowns after %d steps", len(right), step)
             return found
@@ -231,5 +243,5 @@ def conjugate_gradients(matrix: Operator, right: np.ndarray, precondition: Opera
         direction = better + (better @ change) / size * direction
         size = rest @ better
     raise MeshingError(
-        f"the solution did not converge in {ITERATIONS} steps: residual {np.sqrt(size / first):.1e}"
+        f"the solution did not converge in {most} steps: residual {np.sqrt(size / first):.1e}"
     )

@@ -19,11 +19,25 @@ from tests.fixtures.splines import cube, spline_of
 STEEL = MATERIALS["steel"]
 
 
-def both(monkeypatch, solve):
+def both(monkeypatch, solve, **limits):
     """Results of a function with the direct and with the iterative solver."""
     direct = solve()
-    monkeypatch.setattr(preconditioner, "LIMIT", 0)
+    for name, value in (limits or {"LIMIT": 0}).items():
+        monkeypatch.setattr(preconditioner, name, value)
     return direct, solve()
+
+
+@pytest.mark.parametrize("steps", [60, 0])
+def test_a_factor_in_single_precision_is_corrected_or_replaced(monkeypatch, steps):
+    """Without steps, the factor in double precision replaces it."""
+    beam = spline_of(hex_box((6, 2, 1), (6.0, 1.0, 0.4)))
+    held = [Support("x_min", faces_of(beam, "x_min"))]
+    pull = [Load(faces_of(beam, "x_max"), force=(0, 0, 1.0))]
+    direct, other = both(monkeypatch, lambda: deform(beam, STEEL, held, pull), SMALL=0, FEW=steps)
+    assert other.reactions == pytest.approx(direct.reactions, rel=1e-6, abs=1e-6)
+    largest = abs(direct.displacement).max()
+    assert other.displacement == pytest.approx(direct.displacement, abs=1e-4 * largest)
+    assert other.strain_energy == pytest.approx(direct.strain_energy, rel=1e-4)
 
 
 @pytest.mark.parametrize("mesh", [hex_box((5, 4, 3)), hex_cylinder(2, 2, 2), hex_ball(2)])
