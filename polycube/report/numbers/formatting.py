@@ -62,12 +62,16 @@ def cautions(report: Json) -> Iterator[str]:
     errors = {"frequency": max(report.get("modes", {}).get("frequency_error", ()), default=None)}
     if "static" in report:
         errors["displacement"] = displacement_error(report["static"])
+    # h2s has one function for each vertex
+    functions, vertices = (
+        report.get(kind, {}).get(name)
+        for kind, name in (("spline", "functions"), ("hex", "vertices"))
+    )
+    larger = "spline=optimal" if functions == vertices else "spline.refine.levels=1"
     for what, error in errors.items():
         if error is not None and error > TOLERABLE:
-            yield (
-                f"the estimated error of a {what} is {100 * error:.2g} %; use spline=optimal or "
-                "smaller hexes"
-            )
+            remedy = f"use {larger} or smaller hexes"
+            yield f"the estimated error of a {what} is {100 * error:.2g} %; {remedy}"
     poor = report.get("static", {}).get("poor_elements")
     if poor:
         yield (

@@ -29,7 +29,7 @@ def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
     if isinstance(found, Modes):
         return _modes(found, pictures)
     if isinstance(found, Deformation) and state.spline is not None:
-        return _static(state.spline, found, report["static"], pictures)
+        return _static(state.spline, found, report, pictures)
     if isinstance(found, Potential):
         return _poisson(report["poisson"], pictures)
     return NOTHING
@@ -50,8 +50,9 @@ def _modes(found: Modes, pictures: Pictures) -> Markup:
     return element(TEMPLATE, "modes", shown, heads, rows, errors, first, float(found.mass), units)
 
 
-def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Pictures) -> Markup:
+def _static(spline: Spline, found: Deformation, report: Json, pictures: Pictures) -> Markup:
     """The deformed solid, the largest values with their places, and the reactions."""
+    numbers = report["static"]
     times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
     forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
     zero = ZERO * max(abs(part) for row in forces for part in row["force"])
@@ -59,7 +60,7 @@ def _static(spline: Spline, found: Deformation, numbers: Json, pictures: Picture
     for row in forces:
         parts = [part if abs(part) > zero else 0.0 for part in row["force"]]
         rows.append({"at": row["at"], **dict(zip(("x, N", "y, N", "z, N"), parts, strict=True))})
-    phrases = [*formatting.singular_stress(numbers), *formatting.cautions({"static": numbers})]
+    phrases = [*formatting.singular_stress(numbers), *formatting.cautions(report)]
     notes = [formatting.sentence(phrase) for phrase in phrases]
     picture, unit = pictures.get("static"), found.units["length"]
     return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)

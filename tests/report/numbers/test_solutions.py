@@ -92,6 +92,9 @@ def test_sentences_about_modes_and_potentials(bar, warm):
     assert sentence.endswith(f"{second:.0f} Hz ± 5 %")
     [caution] = formatting.cautions(stiff)
     assert caution.startswith("the estimated error of a frequency is 5 %; use spline=optimal or")
+    larger = stiff | {"hex": {"vertices": 45}, "spline": {"functions": 175}}
+    [caution] = formatting.cautions(larger)
+    assert caution.endswith("use spline.refine.levels=1 or smaller hexes")
     values, flux = formatting.sentences(solutions.numbers(bar, warm))
     assert values == "u from 10 to 30 K"
     assert flux.startswith("largest flux 250000 W/m^2 at (")
