@@ -14,9 +14,7 @@ from polycube.registry import register
 
 if TYPE_CHECKING:
     from polycube.diffusion.pairs.any_structure import LatticePairs
-    from polycube.diffusion.pairs.fixed_meshes import MeshPairs
-    from polycube.diffusion.pairs.machined import MachinedPairs
-    from polycube.diffusion.pairs.pairs import Pairs
+    from polycube.diffusion.pairs.pairs import MachinedPairs, MeshPairs, Pairs
     from polycube.diffusion.pairs.templates import Context
 
 Grid = Sequence[int] | None  # none for arbitrary structures
@@ -118,7 +116,7 @@ class Published:
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MeshPairs:
         """The stream; the pairs of a context are all equal."""
-        from polycube.diffusion.pairs.fixed_meshes import MeshPairs
+        from polycube.diffusion.pairs.pairs import MeshPairs
 
         if not grid:
             raise ValueError("data=paper needs a grid; use data=paired with grid=any")
@@ -138,7 +136,7 @@ class Machined:
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MachinedPairs:
         """The stream; pairs are computed by their number."""
-        from polycube.diffusion.pairs.machined import MachinedPairs
+        from polycube.diffusion.pairs.pairs import MachinedPairs
 
         if not grid:
             raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 import polycube
 from polycube.diffusion.denoiser import Denoiser
 from polycube.diffusion.encoding import by_x
-from polycube.diffusion.pairs.fixed_meshes import MeshPairs
+from polycube.diffusion.pairs.pairs import MeshPairs
 from polycube.diffusion.weights import load_denoiser
 from polycube.errors import InputError, MeshingError
 from polycube.examples.parts import example

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.fixed_meshes import cell_mesh
+from polycube.diffusion.pairs.pairs import cell_mesh
 from polycube.diffusion.pairs.templates import contexts, rounded
 from polycube.errors import InputError
 from polycube.registry import build, names

@@ -1,4 +1,4 @@
-"""Pairs of a geometry and its polycube, point by point: an endless stream with a seed.
+"""Pairs of a geometry and its polycube on a grid, point by point: endless streams with a seed.
 
 Pair i of a stream depends on (seed, i) only, so the pairs do not depend on the number of workers,
 and an interrupted training continues with the next pair.
@@ -10,11 +10,16 @@ from functools import cache
 
 import numpy as np
 
-from polycube.diffusion.encoding import box_of, learning_frame, pixels_of
+from polycube.diffusion.encoding import POINTS_PER_CELL, box_of, learning_frame, pixels_of
+from polycube.diffusion.pairs.cad_shapes import DISCS, CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
-from polycube.diffusion.pairs.templates import Context, Template, template
-from polycube.surface.measures import unit
+from polycube.diffusion.pairs.lattices import Feature, Lattice, random_knots
+from polycube.diffusion.pairs.templates import Context, Template, refined, rounded, template
+from polycube.structure.lattice import boundary, cell_and_wall, genus, lattice
+from polycube.surface.measures import triangle_vectors, unit
 from polycube.types import freeze
+
+PIECES = (3, 2)  # of the edge of a voxel: a full cell has 488 vertices, one with a hole 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +73,126 @@ class Pairs:
         """The polycube of a context, and the places (V, 3) of its vertices on a random geometry."""
         template = self._template(context)
         return template, self.deformation.deform(template, rng)
+
+
+class MachinedPairs(Pairs):
+    """Contexts in turn, each as a random machined part: a test of networks on other shapes.
+
+    The polycube of a context gets round holes, fillets, chamfers, slanted planes and drafts
+    (`cad_shapes`), and slabs of random widths. The deformation is noise only.
+    """
+
+    def __init__(
+        self,
+        grid: Sequence[int],
+        primitives: Mapping[str, np.ndarray],
+        contexts: Sequence[Context],
+        seed: int,
+    ) -> None:
+        super().__init__(grid, primitives, contexts, Deformation(), seed)
+        self.primitives, self.shapes = primitives, CadShapes()
+
+    def shape(self, context: Context, rng: np.random.Generator) -> tuple[Template, np.ndarray]:
+        """The polycube of a context, and the places (V, 3) of its vertices on a random part."""
+        template, solid = self._template(context), self._lattice(context)
+        rounds = self.shapes.round_features(solid, rng)
+        knots = random_knots(solid, [each for each in rounds if each.kind in DISCS], rng)
+        even = (np.linspace(-n / 2, n / 2, len(k)) for n, k in zip(self.grid, knots, strict=True))
+        moved = map(np.interp, template.vertices.T, even, knots)
+        x = np.stack(list(moved), axis=1)
+        return template, self.shapes.shaped(x, solid, knots, rounds, rng)
+
+    def _lattice(self, context: Context) -> Lattice:
+        """The boxes of a context, and the holes through its cells."""
+        solid = lattice(self.grid, context, self.primitives)
+        holes = [
+            hole for cell, name in enumerate(context) if name for hole in self._holes(cell, name)
+        ]
+        return Lattice(solid.occupancy, holes, genus(solid))
+
+    def _holes(self, cell: int, name: str) -> list[Feature]:
+        """The hole through a cell, if its primitive has one."""
+        empty = np.argwhere(~self.primitives[name])
+        if not len(empty):
+            return []
+        size = np.array(self.primitives[name].shape)
+        low, high = empty.min(axis=0), empty.max(axis=0) + 1
+        through = np.flatnonzero(high - low == size)
+        if len(through) != 1 or np.prod(high - low) != len(empty):
+            return []
+        start = size * np.unravel_index(cell, self.grid)
+        first, last = (tuple((start + each).tolist()) for each in (low, high))
+        return [Feature("hole", first, last, int(through[0]))]
+
+
+def cell_mesh(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mesh of a primitive in a cell of edge 1: vertices (512, 3), faces (F, 3), labels (512, 2).
+
+    The voxels (3, 3, 3) are divided as finely as the number of vertices allows. Evenly chosen quads
+    then get a vertex in their middle, and are divided into four triangles instead of two. The
+    labels of a vertex are the axis of one of its faces, and 1 if this is the face of a hole.
+    """
+    solid = lattice((1, 1, 1), ("cell",), {"cell": voxels})
+    for pieces in PIECES:
+        fine = refined(solid, pieces)
+        surface = boundary(fine)
+        missing = POINTS_PER_CELL - len(surface.vertices)
+        if 0 <= missing <= len(surface.quads):
+            break
+    else:
+        raise ValueError(f"no mesh of {POINTS_PER_CELL} vertices for this primitive")
+    quads = surface.quads
+    chosen = np.linspace(0, len(quads), missing, endpoint=False).astype(int)
+    middle = len(surface.vertices) + np.arange(missing)
+    corners, others = quads[chosen], np.delete(quads, chosen, axis=0)
+    fans = np.stack([corners, np.roll(corners, -1, axis=1), middle[:, None].repeat(4, 1)], axis=2)
+    faces = np.concatenate([others[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), fans.reshape(-1, 3)])
+    vertices = np.vstack([surface.vertices, surface.vertices[corners].mean(axis=1)])
+    of_quad = np.stack([surface.axis, cell_and_wall(fine, surface)[1]], axis=1)
+    labels = np.empty((POINTS_PER_CELL, 2), np.int64)
+    labels[quads], labels[middle] = of_quad[:, None], of_quad[chosen]
+    return vertices, faces, labels
+
+
+class MeshPairs:
+    """Pairs as published: meshes of fixed vertices, with the same numbers on both shapes.
+
+    A cell is a mesh of 512 vertices of its primitive, and its geometry is the same mesh rounded by
+    smoothing, in the same box. Meshes of several cells stand beside each other. The contexts take
+    turns, and the pairs of a context are all equal: that vertex i of the geometry belongs to vertex
+    i of the polycube is all a network learns besides the noise of the diffusion.
+
+    rounding : amount of smoothing, see `templates.rounded`
+    """
+
+    def __init__(
+        self,
+        grid: Sequence[int],
+        primitives: Mapping[str, np.ndarray],
+        contexts: Sequence[Context],
+        rounding: float,
+    ) -> None:
+        self.grid, self.contexts = tuple(grid), list(contexts)
+        self.primitives, self.rounding = primitives, rounding
+        self._pair = cache(self._made)
+
+    def __call__(self, index: int) -> Pair:
+        """Pair number `index` >= 0, in the box of its cells."""
+        return self._pair(self.contexts[index % len(self.contexts)])
+
+    def _made(self, context: Context) -> Pair:
+        rows = []
+        for cell, name in enumerate(context):
+            if name is not None:
+                vertices, faces, labels = cell_mesh(self.primitives[name])
+                corner = np.array(np.unravel_index(cell, self.grid)) - np.array(self.grid) / 2
+                smooth = rounded(vertices, faces, self.rounding)
+                normals = np.zeros_like(smooth)
+                np.add.at(normals, faces, triangle_vectors(smooth[faces])[:, None])
+                labels = np.insert(labels, 1, cell, axis=1)
+                rows.append((smooth + corner, unit(normals), vertices + corner, labels))
+        geometry, normals, polycube, labels = map(np.concatenate, zip(*rows, strict=True))
+        return Pair(geometry, normals, polycube, labels, context)
 
 
 def sample(

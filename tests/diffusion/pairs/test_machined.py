@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.machined import MachinedPairs
+from polycube.diffusion.pairs.pairs import MachinedPairs
 from polycube.registry import build
 from polycube.structure.lattice import OUTWARD, boundary, cell_and_wall, lattice
 from tests.fixtures.polycubes import PRIMITIVES
