@@ -21,9 +21,8 @@ from polycube.io.clouds.reading import is_cloud, read_cloud
 from polycube.io.file_units import file_unit
 from polycube.io.foreign.process import parsed
 from polycube.io.polygons.division import Soup
-from polycube.io.polygons.obj import read_obj
-from polycube.io.polygons.off import read_off
 from polycube.io.polygons.ply import read_ply
+from polycube.io.polygons.text import read_obj, read_off
 from polycube.io.stl import read_stl
 from polycube.surface.clouds.options import Points
 from polycube.surface.clouds.points import without_open3d
