@@ -19,9 +19,8 @@ from polycube.pipeline.settings import Node, Settings
 from polycube.pipeline.solving import hexes_of, solved, solving_stages
 from polycube.registry import build
 from polycube.search.chain import Chain, Deadline, TimeIsUp, check_options
-from polycube.search.history import History, Task, judged
+from polycube.search.history import History, Task, choose, judged
 from polycube.search.loop import make, moves_of, search
-from polycube.search.structures import choose
 from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, meshing_stages
 from polycube.state import RunState

@@ -1,4 +1,4 @@
-"""What a search works on, what it has tried, and the best mesh so far."""
+"""What a search works on and starts from, what it has tried, and the best mesh so far."""
 
 from __future__ import annotations
 
@@ -14,15 +14,19 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.kinds import Acceptance, Expected
 from polycube.search.chain import Chain, Options, Results
-from polycube.search.structures import Primitives, choose
 from polycube.stages import Stage
 from polycube.state import RunState
+from polycube.structure.projection import pull_back
+from polycube.structure.recognition import read_structure
 from polycube.types import HexMesh, Ranked, Tier, TriMesh, Verdict
 
 logger = logging.getLogger(__name__)
 
 NO_MESH = 8.0  # shortfall while there is no mesh; that of a mesh is smaller
 NOT_JUDGED = 7.5  # of a mesh on which the acceptance raises an exception
+MARGIN = 0.05  # log-likelihood per point by which another polycube must explain points better
+
+Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
 
 
 class Move(Protocol):
@@ -166,3 +170,29 @@ def judged(acceptance: Acceptance, hexes: HexMesh, surface: TriMesh) -> Verdict:
         logger.debug("acceptance failed", exc_info=True)
         why = f"acceptance {type(acceptance).__name__} failed: {type(bug).__name__}: {bug}"
         return Verdict((why,), (), (-np.inf,), {"acceptance": NOT_JUDGED})
+
+
+def choose(state: RunState, index: int, primitives: Primitives) -> RunState:
+    """The state in which the ranked structure `index` is the one that is meshed."""
+    entry = state.ranked[index]
+    state = replace(
+        state,
+        chosen=index,
+        polycube=entry.candidate.polycube,
+        rough_map=entry.candidate.rough_map,
+        blocks=entry.candidate.blocks,
+        parametrization=pull_back(state.surface, entry.hexes, entry.positions),
+        trajectory=None,
+        steps=(),
+        denoised_on=None,
+    )
+    for candidate in (each.candidate for each in state.ranked):
+        if candidate.key == entry.candidate.key and candidate.trajectory is not None:
+            denoised, own = candidate.trajectory, candidate.polycube
+            state = replace(state, trajectory=denoised, steps=candidate.steps)
+            found = read_structure(denoised[-1], own, primitives, MARGIN)
+            if found is own:
+                return state
+            logger.info("denoised as %s, the points lie on %s", own.context, found.context)
+            return replace(state, denoised_on=found)
+    return state

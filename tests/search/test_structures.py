@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from polycube.search.structures import choose
+from polycube.search.history import choose
 from polycube.state import RunState
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map

@@ -12,9 +12,8 @@ from polycube.io.stl import write_stl
 from polycube.plugins.acceptance.standard import Standard
 from polycube.registry import build
 from polycube.search.chain import Chain
-from polycube.search.history import History
+from polycube.search.history import History, choose
 from polycube.search.moves import FitPartly, MeshStructure, possible
-from polycube.search.structures import choose
 from polycube.search.unfitted import partly_fitted_state, wrong_topology
 from polycube.stages import Stage
 from polycube.state import RunState
