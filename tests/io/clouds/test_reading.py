@@ -6,8 +6,7 @@ import trimesh
 
 from polycube.errors import InputError
 from polycube.io.cad import Cad
-from polycube.io.clouds.pcd import read_pcd
-from polycube.io.clouds.reading import is_cloud, read_cloud
+from polycube.io.clouds.reading import is_cloud, read_cloud, read_pcd
 from polycube.io.preflight import preflight
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import volume
