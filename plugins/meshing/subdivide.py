@@ -114,7 +114,7 @@ class Template:
         boxes = [sizing.box_of(region, unit) for region in self.regions]
         if self.coarsen and self.level == 0:
             from polycube.hexmesh.generation.graded_template import graded_mesh
-            from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
+            from polycube.hexmesh.generation.requests_met import wanted_sizes
 
             largest = sizing.length(self.size, unit)
             number = self.across_wall, least_around(self.around_hole)

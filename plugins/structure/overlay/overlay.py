@@ -108,7 +108,7 @@ class Overlay(OnGrid, Structure):
         With entries of `at`, first those that are as small as these require, within `max_hexes`;
         then larger ones, in case these give no good mesh.
         """
-        from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
+        from polycube.hexmesh.generation.requests_met import wanted_sizes
         from polycube.surface.measures import diagonal, volume
 
         cells = self._cells(surface, size)

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.connectivity import genus
 from polycube.hexmesh.generation.graded_lattice import graded
+from polycube.hexmesh.generation.requests_met import WantedSizes
 from polycube.hexmesh.generation.sizing import Box, doublings
-from polycube.hexmesh.generation.wanted_sizes import WantedSizes
 from polycube.structure import lattice
 from polycube.structure.rough_map import evaluate
 from polycube.surface.feature_size import small_details

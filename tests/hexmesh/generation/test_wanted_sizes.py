@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.generation.requests import Request
-from polycube.hexmesh.generation.wanted_sizes import wanted_sizes
+from polycube.hexmesh.generation.requests_met import wanted_sizes
 from polycube.surface.fit_target import target
 from tests.fixtures.machined import bored
 
