@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, diags, eye, kron, random
 
-from polycube.numerics.dissection import LEAF, dissect
-from polycube.numerics.factorization import factorize
+from polycube.numerics.factorization import LEAF, dissect, factorize
 from tests.fixtures.hexmeshes import hex_cylinder
 from tests.fixtures.splines import box, spline_of
 from tests.oracles.matrices import assemble
