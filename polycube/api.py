@@ -19,9 +19,8 @@ from polycube.io.access.stored import read_json
 from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
 from polycube.kinds import Export
-from polycube.pipeline.improvement import Improvement, is_improvement, read_given
+from polycube.pipeline.improvement import Improvement, Placement, is_improvement, read_given
 from polycube.pipeline.intake import read_part
-from polycube.pipeline.placement import Placement
 from polycube.pipeline.resume.settings import with_earlier_settings
 from polycube.pipeline.run import Read, Run
 from polycube.pipeline.settings import Settings

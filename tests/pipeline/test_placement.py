@@ -6,7 +6,7 @@ import pytest
 from polycube.api import execute
 from polycube.config import compose
 from polycube.io.solids.motions import Motion
-from polycube.pipeline.placement import is_meshed
+from polycube.pipeline.improvement import is_meshed
 from polycube.pipeline.settings import Settings
 from polycube.state import RunState
 from tests.fixtures.runs import FAST

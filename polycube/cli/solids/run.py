@@ -21,7 +21,7 @@ from polycube.io.access.stored import read_json
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
-from polycube.pipeline.placement import is_meshed
+from polycube.pipeline.improvement import is_meshed
 from polycube.registry import build
 from polycube.types import Json
 
