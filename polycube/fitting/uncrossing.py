@@ -1,8 +1,6 @@
-"""Repair a boundary that crosses itself at a few places.
+"""Keep a mesh sound: fit it only as far, or repair a boundary that crosses itself at a few places.
 
-Two quads that fold over or penetrate each other separate when their vertices move towards their
-neighbours on the boundary. The vertices leave the surface in this way. If they must move so far
-that hexes are inverted, the hexes nearby are untangled.
+A mesh is sound if all scaled Jacobians are positive and its boundary does not cross itself.
 """
 
 import logging
@@ -11,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.fitting.partial import is_sound
+from polycube.fitting.pillow import layer
 from polycube.fitting.polish import untangled
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import part, quad_edges, quad_sides
@@ -27,11 +25,98 @@ SHARES = (0.05, 0.1, 0.2, 0.3, 0.45)  # of the vector to the mean of the neighbo
 STEPS = 12  # largest number of steps of half of this vector, until no quads cross
 # rings of hexes around the moved vertices that are untangled, tried in sequence
 RINGS = (2, 3, 4, 5)
+LEAST = 0.05  # smallest scaled Jacobian of a hex, unless it was smaller before
+ROUNDING = 1 - 1e-9  # factor that allows for rounding errors in a hex that is only translated
+SMALLEST = 1 / 16  # smallest share; smaller ones become zero
+ADVANCES = 6  # rounds, each of which halves the remaining distance
+
+
+def is_sound(mesh: HexMesh) -> bool:
+    """Whether all scaled Jacobians are positive and the boundary does not cross itself."""
+    return scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0 and not len(crossings(mesh))
+
+
+def partly_fitted(mesh: HexMesh, fitted: np.ndarray) -> tuple[HexMesh, np.ndarray]:
+    """Move the vertices of a sound mesh towards their fitted positions while it stays sound.
+
+    Each vertex moves by a share of the vector to its fitted position. Starting with a share of 1,
+    the vertices of bad hexes are moved back until no hex is bad, and then forward again as far as
+    no hex becomes bad. With shares of 0 the mesh is unchanged, so the result is always sound.
+
+    Parameters
+    ----------
+    mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
+    fitted : (V, 3) fitted positions of its vertices, in model units
+
+    Returns
+    -------
+    mesh : mesh with the same hexes; its vertices are the fitted ones if all of these are sound
+    share : (V,) share of the displacement of each vertex, from 0 to 1
+
+    Raises
+    ------
+    ValueError
+        If the mesh is not sound, or if positions are not finite or have another shape.
+    """
+    if fitted.shape != mesh.vertices.shape or not np.isfinite(fitted).all():
+        raise ValueError(f"fitted must be finite of shape {mesh.vertices.shape}")
+    if not is_sound(mesh):
+        raise ValueError("the mesh to fit must have positive hexes and no crossing")
+    floor = np.minimum(LEAST, ROUNDING * scaled_jacobian(mesh.vertices, mesh.hexes))
+    share = np.ones(len(fitted))
+    while (bad := _bad(_moved(mesh, fitted, share), floor)).any():
+        near = np.zeros(len(share), bool)
+        near[mesh.hexes[bad[mesh.hexes].any(axis=1)]] = True
+        share[near] /= 2
+        share[share < SMALLEST] = 0
+    for _ in range(ADVANCES):
+        if (share == 1).all():
+            break
+        wanted = np.where(share > 1 - SMALLEST, 1, (1 + share) / 2)
+        while (bad := _bad(_moved(mesh, fitted, wanted), floor)).any():
+            wanted[bad] = share[bad]
+        share = wanted
+    return _moved(mesh, fitted, share), share
+
+
+def with_layer(mesh: HexMesh, target: Target) -> HexMesh:
+    """A sound mesh with a layer of hexes under its boundary, or unchanged if it would not be sound.
+
+    Without the layer, hexes with two faces on one smooth face of the part would be flat.
+
+    Parameters
+    ----------
+    mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
+    target : the surface to which it will be fitted
+    """
+    layered = layer(mesh, mesh.patch, np.ones(len(mesh.quads), bool))
+    x = untangled(FitProblem(layered, target, samples=1), target.to_unit(layered.vertices))
+    layered = replace(layered, vertices=target.to_model(x))
+    return layered if is_sound(layered) else mesh
+
+
+def _moved(mesh: HexMesh, fitted: np.ndarray, share: np.ndarray) -> HexMesh:
+    """The mesh with each vertex moved by its share of the displacement; exact for 0 and 1."""
+    factor = share[:, None]
+    between = mesh.vertices + factor * (fitted - mesh.vertices)
+    return replace(mesh, vertices=np.where(factor == 1, fitted, between))
+
+
+def _bad(mesh: HexMesh, floor: np.ndarray) -> np.ndarray:
+    """(V,) whether a vertex has a hex below its limit (H,) or a quad that crosses another."""
+    bad = np.zeros(len(mesh.vertices), bool)
+    bad[mesh.hexes[scaled_jacobian(mesh.vertices, mesh.hexes) < floor]] = True
+    if not bad.any():  # the more expensive test, for meshes without bad hexes
+        bad[mesh.quads[crossings(mesh)]] = True
+    return bad
 
 
 def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
     """Move the vertices of crossing quads, by the smallest displacement that separates them.
 
+    Two quads that fold over or penetrate each other separate when their vertices move towards their
+    neighbours on the boundary. The vertices leave the surface in this way. If they must move so far
+    that hexes are inverted, the hexes nearby are untangled.
     Parameters
     ----------
     mesh : fitted mesh

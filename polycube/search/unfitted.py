@@ -1,7 +1,7 @@
 """The last resort of a search: the hexes of a lattice, fitted as far as they stay valid.
 
 The hexes of a lattice are valid before they are fitted. They are fitted stage by stage
-(`polycube.fitting.partial`), so that there is a mesh in the end, with a sentence about its
+(`polycube.fitting.uncrossing`), so that there is a mesh in the end, with a sentence about its
 deviation. Such a mesh is not a valid result.
 """
 
@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from polycube.errors import MeshingError
-from polycube.fitting.partial import is_sound, partly_fitted, with_layer
+from polycube.fitting.uncrossing import is_sound, partly_fitted, with_layer
 from polycube.hexmesh.generation.blocks import genus_of
 from polycube.hexmesh.generation.template import mesh as cells
 from polycube.hexmesh.inspection import inspect

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.fitting.partial import LEAST, is_sound, partly_fitted, with_layer
+from polycube.fitting.uncrossing import LEAST, is_sound, partly_fitted, with_layer
 from polycube.hexmesh.connectivity import genus, hex_mesh
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

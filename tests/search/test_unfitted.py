@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.errors import MeshingError
-from polycube.fitting.partial import is_sound
+from polycube.fitting.uncrossing import is_sound
 from polycube.hexmesh.connectivity import genus
 from polycube.io.stl import write_stl
 from polycube.plugins.acceptance.standard import Standard
