@@ -17,11 +17,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
-from polycube.fitting.cures.envelope import fit_in_envelope
+from polycube.fitting.cures.envelope import fit_in_envelope, refit
 from polycube.fitting.cures.fitted import Faces, Fitted, cost, fitted, hex_costs
 from polycube.fitting.cures.insertion import SUFFICIENT, Place, Trial, inserted, placed
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
-from polycube.fitting.cures.refit import refit
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.numerics.lbfgs import count_more, counted
 from polycube.numerics.threads import side_by_side

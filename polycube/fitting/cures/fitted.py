@@ -1,20 +1,24 @@
-"""A fitted mesh with the constraints of its boundary, and the cost of its hexes."""
+"""A fitted mesh with the constraints of its boundary; the cost and the energy of its hexes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Matching, match, with_tolerances
 from polycube.fitting.creases.paths import numbered, path_sides
 from polycube.fitting.cures import losses
-from polycube.fitting.cures.halved import certified_jacobian
+from polycube.fitting.energy import Terms
 from polycube.fitting.flat_corners import FLAT
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
-from polycube.hexmesh.connectivity import quad_edges, quad_sides
+from polycube.fitting.springs import NO_SPRINGS, Springs
+from polycube.hexmesh.certificate import certify
+from polycube.hexmesh.connectivity import CHILDREN, GRID, PLACES, quad_edges, quad_sides
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
 from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
@@ -23,6 +27,10 @@ OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTA
 FREE_DISTANCE = 2e-3  # distance from the surface, in diagonals, without cost
 POWER = 4  # exponent in the cost of a hex: one bad hex counts more than many slightly poor ones
 STRAYED = 100.0  # cost of a diagonal of distance from exact features, beyond the permitted distance
+DOUBTFUL = 0.5  # scaled Jacobian below which det J may be negative inside a hex
+CLEAR = 0.05  # det J, relative to its mean, above which a hex is not halved
+NODES = GRID / 2  # (27, 3) parameters, zeta fastest
+WEIGHTS = np.where(PLACES, NODES[:, None], 1 - NODES[:, None]).prod(axis=2)  # (27, 8) of corners
 
 
 class Links:
@@ -176,3 +184,42 @@ class Faces:
             own = self.part == number
             under = np.isin(np.arange(len(self.hexes)), self.owner[own & ~self.sharp])
             yield int(cad_face[own][0]), under
+
+
+def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
+    """(H,) scaled Jacobians, at most 0 where det J is not positive everywhere in the hex."""
+    found = scaled_jacobian(vertices, hexes)
+    doubtful = np.flatnonzero((found > 0) & (found < DOUBTFUL))
+    found[doubtful[~certify(vertices, hexes[doubtful]).positive]] = 0.0
+    return found
+
+
+def halved_energy(
+    x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, terms: Terms, springs: Springs
+) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
+    """Function of the positions (V, 3) that gives the energy and its gradient (V, 3).
+
+    The energy of a hex contains its eight corners and its centre, but det J can be negative
+    elsewhere. So hexes that may be inverted inside are halved in each direction. The corners of the
+    eight halves of a trilinear hex are at the 27 nodes of det J, which has degree 2 in each
+    parameter.
+    The arguments are those of `polycube.fitting.energy.energy`. Hexes whose det J is not clearly
+    positive at x count twice: whole, and halved. The halves have no floor.
+    """
+    some = np.flatnonzero(scaled_jacobian(x, hexes) < DOUBTFUL)
+    some = some[certify(x, hexes[some]).least < CLEAR]
+    shape = 27 * len(some), len(x)
+    row, column = np.repeat(np.arange(shape[0]), 8), np.repeat(hexes[some], 27, axis=0).ravel()
+    nodes = csr_matrix((np.tile(WEIGHTS.ravel(), len(some)), (row, column)), shape=shape)
+    halves = (27 * np.arange(len(some))[:, None, None] + CHILDREN).reshape(-1, 8)
+    half = np.repeat(lengths[some] / 2, 8, axis=0)
+    free = terms._replace(floor=-np.inf)
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = energy.energy(y, hexes, lengths, terms, springs)
+        if not len(some):
+            return value, gradient
+        more, by_node = energy.energy(nodes @ y, halves, half, free, NO_SPRINGS)
+        return value + more, gradient + nodes.T @ by_node
+
+    return function

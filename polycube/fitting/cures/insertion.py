@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.fitting.cures import losses
+from polycube.fitting.cures.envelope import Refit
 from polycube.fitting.cures.fitted import Fitted, Links
 from polycube.fitting.cures.neighbourhood import Neighbourhood, moving_vertices, with_detours
-from polycube.fitting.cures.refit import Refit
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.generation.sheets import with_sheet

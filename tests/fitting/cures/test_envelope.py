@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.envelope import fit_in_envelope
+from polycube.fitting.cures.envelope import evaluated, fit_in_envelope
 from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
-from polycube.fitting.cures.refit import evaluated
 from polycube.fitting.snapping import goals_of
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.surface.fit_target import target

@@ -5,7 +5,7 @@ import pytest
 
 from polycube.fitting import energy
 from polycube.fitting.cures.cure import cure
-from polycube.fitting.cures.halved import certified_jacobian, halved_energy
+from polycube.fitting.cures.fitted import certified_jacobian, halved_energy
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import NO_SPRINGS

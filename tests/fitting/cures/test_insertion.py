@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures import losses
+from polycube.fitting.cures.envelope import evaluated
 from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.insertion import inserted, placed
 from polycube.fitting.cures.neighbourhood import neighbourhood
-from polycube.fitting.cures.refit import evaluated
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.surface.fit_target import target

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from polycube.fitting.cures.envelope import refit
 from polycube.fitting.cures.fitted import Faces, cost, fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
-from polycube.fitting.cures.refit import refit
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
 
