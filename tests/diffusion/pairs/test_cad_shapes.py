@@ -5,6 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from polycube.diffusion.pairs.any_structure import smoothed, tessellate
 from polycube.diffusion.pairs.cad_shapes import CadShapes, with_round_section
 from polycube.diffusion.pairs.lattices import (
     LEAST,
@@ -15,7 +16,6 @@ from polycube.diffusion.pairs.lattices import (
     random_lattice,
 )
 from polycube.diffusion.pairs.rounding import FILLET, Fillets, edge_runs, rounded
-from polycube.diffusion.pairs.tessellation import smoothed, tessellate
 
 OFF = {field.name: 0.0 for field in fields(CadShapes)}
 HOLE = Feature("hole", (1, 1, 0), (2, 2, 3), 2)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polycube.diffusion.pairs.any_structure import Tessellation, tessellate
 from polycube.diffusion.pairs.lattices import random_lattice
 from polycube.diffusion.pairs.rounding import (
     CHAMFER,
@@ -13,7 +14,6 @@ from polycube.diffusion.pairs.rounding import (
     largest_radii,
     rounded,
 )
-from polycube.diffusion.pairs.tessellation import Tessellation, tessellate
 
 KNOTS = (np.array([0, 2, 3, 5.0]), np.array([0, 1, 2, 4.0]), np.array([0, 1, 3.0]))
 HOLE = np.ones((3, 3, 2), bool)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from polycube.diffusion.pairs.any_structure import TRIANGLES, cut, tessellate
 from polycube.diffusion.pairs.lattices import random_lattice
-from polycube.diffusion.pairs.tessellation import TRIANGLES, cut, tessellate
 from polycube.structure.lattice import boundary, exposed
 from polycube.surface.measures import volume
 from polycube.types import Polycube, TriMesh
