@@ -17,8 +17,15 @@ from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.pairs import Pair, Pairs
 from polycube.diffusion.pairs.templates import Context, turned_contexts
 from polycube.diffusion.process import DiffusionProcess, Predict
-from polycube.diffusion.training.baselines import baselines
-from polycube.structure.lattice import boundary, cell_and_wall, collapse, genus, lattice
+from polycube.structure.lattice import (
+    OUTWARD,
+    Boundary,
+    boundary,
+    cell_and_wall,
+    collapse,
+    genus,
+    lattice,
+)
 from polycube.structure.projection import TRUST, log_probability, project_onto
 from polycube.surface.frames import rotations
 from polycube.types import Polycube
@@ -28,6 +35,7 @@ Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
 NORMAL_95 = 1.96  # half of the 95 % interval of a normal distribution, in standard deviations
 TIMED = 3  # number of pairs that are also sampled one by one, to measure the time
+LOOK = 0.3  # cells equivalent to a face perpendicular to the surface
 
 
 def evaluate(
@@ -204,3 +212,27 @@ def _stacked(made: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
 def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(N,) distances of points (N, 3) from others."""
     return np.linalg.norm(a - b, axis=1)
+
+
+def baselines(
+    surface: Boundary, geometry: np.ndarray, normals: np.ndarray
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Positions (N, 3) and faces (N,) of each baseline, by its name.
+
+    untouched: the geometry itself, and the nearest faces; box: the geometry with its box on that of
+    the polycube; normals: this on the nearest faces that look the same way; centre: one point for
+    all, the centre of the polycube.
+
+    surface : boundary of the polycube; geometry, normals : (N, 3) in its coordinates
+    """
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    share = (geometry - geometry.min(axis=0)) / np.ptp(geometry, axis=0)
+    boxed = low + share * (high - low)
+    away = LOOK * (1 - normals @ OUTWARD[surface.axis].T)  # (N, Q)
+    middle = np.broadcast_to((low + high) / 2, geometry.shape)
+    return {
+        "untouched": (geometry, project_onto(surface, geometry)[1]),
+        "box": (boxed, project_onto(surface, boxed)[1]),
+        "normals": project_onto(surface, boxed, away),
+        "centre": (middle, project_onto(surface, middle)[1]),
+    }

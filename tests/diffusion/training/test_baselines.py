@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.training.baselines import baselines
-from polycube.diffusion.training.evaluation import summary
+from polycube.diffusion.training.evaluation import baselines, summary
 from polycube.structure.lattice import OUTWARD, boundary, lattice
 from tests.fixtures.polycubes import PRIMITIVES, TWO
 
