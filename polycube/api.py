@@ -15,7 +15,7 @@ import numpy as np
 from polycube.config import SHORT, compose, quote
 from polycube.errors import InputError, MeshingError
 from polycube.io.access.lock import locked
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.hex_meshes import FORMATS, boundary
 from polycube.io.solids.motions import Motion
 from polycube.kinds import Export

@@ -31,7 +31,7 @@ from polycube.cli.signals import INTERRUPTED
 from polycube.config import quote
 from polycube.errors import InputError, printable
 from polycube.io import manifest
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.surfaces import KNOWN
 from polycube.report.page.html import summary_page
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from polycube.cli.batch import part_name
 from polycube.desk.job import Job
 from polycube.errors import InputError
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 
 PROGRAM = "from polycube.cli import infer_command; infer_command()"
 RESULTS = "outputs"

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from polycube.errors import InputError
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.atomic import scratch_folder
 
 NAME = "polycube-files.json"

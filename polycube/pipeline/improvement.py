@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.hex_meshes import boundary, check_place, read_hexes
 from polycube.io.solids.motions import Motion
 from polycube.io.step.text import STEP

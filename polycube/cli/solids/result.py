@@ -18,7 +18,7 @@ from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage

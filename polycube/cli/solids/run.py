@@ -17,7 +17,7 @@ from polycube.cli.solids.result import MADE, PAGE, write_assembly
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad

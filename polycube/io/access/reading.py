@@ -1,12 +1,14 @@
 """Read a file of the user: only regular files are opened, and errors begin with its name."""
 
+import json
 import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from polycube.errors import InputError
+from polycube.errors import InputError, brief
+from polycube.types import Json
 
 LARGE = 1 << 26  # bytes from which files with holes are refused
 BLOCK = 512  # bytes of a unit of `st_blocks`
@@ -47,3 +49,21 @@ def _check_regular(path: Path) -> None:
             f"only {on_disk} of its {found.st_size} bytes are on the disk, the others are a hole; "
             "copy the file again"
         )
+
+
+def read_json(path: Path, remedy: str = "name the folder of a run") -> Json:
+    """Names and values of a JSON file of the program, which may have been edited since.
+
+    Raises
+    ------
+    InputError : if there is no such file, or if it is damaged
+    """
+    if not path.is_file():
+        raise InputError("there is no such file", str(path), remedy)
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"is damaged ({brief(error)})", str(path), remedy) from None
+    if not isinstance(found, dict):
+        raise InputError("is damaged: it has no names", str(path), remedy)
+    return found

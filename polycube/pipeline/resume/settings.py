@@ -7,7 +7,7 @@ from typing import Any
 
 from polycube.config import by_name, compose
 from polycube.errors import InputError
-from polycube.io.access.stored import read_json
+from polycube.io.access.reading import read_json
 from polycube.pipeline.settings import Node, Settings
 from polycube.registry import classes, options
 
