@@ -23,7 +23,7 @@ from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.report.numbers.features import KINDS, face_name
-from polycube.report.page.assembly import assembly_page
+from polycube.report.page.html import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
 

@@ -1,4 +1,4 @@
-"""The HTML pages of a run and of a batch, which need no network and no other file."""
+"""The HTML pages of a run, an assembly and a batch, which need no network and no other file."""
 
 import json
 import re
@@ -18,9 +18,10 @@ from polycube.report.page.hexes import hex_counts, hexes
 from polycube.report.page.sets import sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
+from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
-from polycube.types import Json
+from polycube.types import HexMesh, Json
 
 
 def write_report(folder: Path, state: RunState, report: Json, drawing: bool = True) -> Path:
@@ -131,3 +132,29 @@ def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], f
         if (folder / report).is_file():
             cells["part"] = Link(str(row["part"]), report)
     return page(f"{len(rows)} parts", element("elements.html", "table", table))
+
+
+def assembly_page(
+    title: str, report: Json, mesh: HexMesh | None, folder: Path, files: Sequence[str]
+) -> str:
+    """HTML of an assembly: a row per solid with a link to its report, and the contacts.
+
+    Parameters
+    ----------
+    title : title of the page
+    report : the numbers of `report.json`
+    mesh : mesh of all solids, with the number of the solid of each hex as `cell`, and the names
+    folder : folder that contains the folders of the solids
+    files : files of the assembly in this folder
+    """
+    made = [(solid["name"], f"{solid['name']}/report.html") for solid in report["solids"]]
+    body = render(
+        "assembly.html",
+        view="" if mesh is None else viewer(mesh, context=mesh.primitives, filled="solid"),
+        solids=report["solids"],
+        links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
+        contacts=report["contacts"],
+        merged=report.get("hex", {}).get("merged_vertices"),
+        files=[Link(name, name) for name in files],
+    )
+    return page(title, body, header(report))

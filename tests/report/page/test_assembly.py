@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from polycube.hexmesh.connectivity import hex_mesh
-from polycube.report.page.assembly import assembly_page
+from polycube.report.page.html import assembly_page
 from polycube.types import HexMesh
 from tests.fixtures.hexmeshes import unit_cubes
 

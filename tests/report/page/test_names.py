@@ -17,8 +17,7 @@ from markupsafe import Markup
 
 from docs.generators.benchmark.numbers import PartResult
 from docs.generators.benchmark.page import benchmark_page
-from polycube.report.page.assembly import assembly_page
-from polycube.report.page.html import page, summary_page, write_report
+from polycube.report.page.html import assembly_page, page, summary_page, write_report
 from polycube.report.page.templates import FOLDER, Link, Swatch, environment, show
 from polycube.state import RunState
 from tests.conftest import ROOT, first_quick
