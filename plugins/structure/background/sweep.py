@@ -1,4 +1,4 @@
-"""Sweeps: hexes of parts that are a stack of slabs along a straight axis."""
+"""Hexes of a section that is moved: along an axis, along a path, through a sheet with bends."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
 UPWARD = np.array([0.0, 0.0, 1.0])
+TURN = np.pi / 8  # largest angle of a hex in a bend
 
 
 @register("structure", "sweep")
@@ -56,3 +57,63 @@ class Sweep(ColumnStructure):
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)
+
+
+@register("structure", "bent")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bent(ColumnStructure):
+    """Mesh an end of a bent bar or tube with quads, and move them along its path.
+
+    For elbows, bent tubes, rods, channels, strips and springs: parts with a constant section along
+    straight lines, arcs and helices.
+    """
+
+    proposal: ClassVar[str] = "bent"
+
+    def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of a section along its path."""
+        from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.details import section_of
+
+        from .path import path
+
+        found = path(surface)
+        part = found.background
+        flat, part, full = section_of(surface, part, sizes)
+        number = layers(part.levels, full, sizes.size, sizes.across_wall)
+        for k, (motion, radius) in enumerate(zip(found.motions, found.radius, strict=True)):
+            if motion.angle:
+                turns = sizes.around(radius) / (2 * np.pi), 1 / TURN
+                number[k] = max(number[k], np.ceil(motion.angle * max(turns) - 0.05))
+        return columns(flat, part, full, number)
+
+
+@register("structure", "sheet")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sheet(Sweep):
+    """Unfold a bent sheet into a plane, mesh it as a sweep through its thickness, and fold it.
+
+    For brackets, channels, clips and boxes of sheet metal: parts of constant thickness whose bends
+    have an inner radius, with holes, notches and chamfers.
+    """
+
+    proposal: ClassVar[str] = "sheet"
+
+    def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of the unfolded sheet, folded."""
+        from polycube.hexmesh.background.background import NoBackgroundError
+        from polycube.hexmesh.quality import volume
+        from polycube.surface import measures
+
+        from .moved_back import FILLED
+        from .unfolded import unfolded
+
+        def number(radius: float, angle: float) -> float:
+            return max(sizes.around(radius) / (2 * np.pi), 1 / TURN) * angle
+
+        sheet = unfolded(surface)
+        mesh = self.swept(sheet.surface, sizes, sheet.lines(number))
+        mesh = replace(mesh, vertices=sheet.fold(mesh.vertices))
+        if abs(volume(mesh) / measures.volume(surface) - 1) > FILLED:
+            raise NoBackgroundError("it overlaps itself when it is unfolded")
+        return mesh
