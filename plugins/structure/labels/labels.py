@@ -15,9 +15,9 @@ from polycube.structure.primitives import OnGrid, full_cell
 from polycube.types import Candidate, TriMesh
 
 if TYPE_CHECKING:
+    from .descent import Labelling
     from .lattices import View
     from .pieces import Pieces
-    from .search import Labelling
 
 logger = logging.getLogger(__name__)
 
@@ -115,9 +115,9 @@ class LabelLattice(OnGrid, Structure):
 
     def _labellings(self, pieces: Pieces) -> list[Labelling]:
         """Different labels of the pieces, the cheapest of each compactness first."""
+        from .descent import labellings
         from .energy import problem
         from .pieces import arcs
-        from .search import labellings
 
         borders = arcs(pieces)
         found: dict[bytes, Labelling] = {}
