@@ -17,8 +17,8 @@ from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LambdaLR
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
-from polycube.diffusion.pairs.dataset import Batch, rank_and_processes
 from polycube.diffusion.pairs.templates import IDENTITY
+from polycube.diffusion.training.data_module import Batch, rank_and_processes
 from polycube.diffusion.training.draws import Draws, draws
 from polycube.diffusion.training.learning import Learning, rate_factors
 from polycube.diffusion.weights import Recipe

@@ -9,9 +9,8 @@ import torch
 
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.encoding import by_x, to_points
-from polycube.diffusion.pairs.dataset import ConsecutiveNumbers, PairImages
 from polycube.diffusion.pairs.pairs import Pair, Pairs
-from polycube.diffusion.training.data_module import PairData
+from polycube.diffusion.training.data_module import ConsecutiveNumbers, PairData, PairImages
 from polycube.registry import build
 
 
@@ -71,9 +70,8 @@ def test_processes_share_the_numbers_and_their_batches_are_one(
     """No pair twice, none left out; together the batches are those of a single process."""
     numbers, held_out = [], []
     for rank in range(processes):
-        for module in ("pairs.dataset", "training.data_module"):
-            name = f"polycube.diffusion.{module}.rank_and_processes"
-            monkeypatch.setattr(name, lambda r=rank: (r, processes))
+        name = "polycube.diffusion.training.data_module.rank_and_processes"
+        monkeypatch.setattr(name, lambda r=rank: (r, processes))
         epochs = [ConsecutiveNumbers(6, lambda done=done: done) for done in (0, 6 * processes)]
         numbers.append([number for epoch in epochs for number in epoch])
         assert len(numbers[-1]) == 2 * len(epochs[0]) == 12

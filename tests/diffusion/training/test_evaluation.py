@@ -10,9 +10,9 @@ from torch import Tensor, nn
 from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
-from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pair, Pairs
 from polycube.diffusion.pairs.templates import turned_contexts
+from polycube.diffusion.training.data_module import Batch, PairImages
 from polycube.diffusion.training.evaluation import (
     Columns,
     by_context,

@@ -7,9 +7,9 @@ import torch
 from torch.utils.data import DataLoader
 
 from polycube.diffusion.conditions import GridContexts
-from polycube.diffusion.pairs.dataset import Batch, PairImages
 from polycube.diffusion.pairs.pairs import Pairs
 from polycube.diffusion.pairs.templates import IDENTITY, contexts, turned_contexts
+from polycube.diffusion.training.data_module import Batch, PairImages
 from polycube.diffusion.training.learning import Learning
 from polycube.diffusion.training.module import ROTATIONS, SOFT, DDPMPolycube
 from polycube.diffusion.training.pictures import scatter
