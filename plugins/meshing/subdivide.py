@@ -199,7 +199,7 @@ class Template:
         self, lattice: Lattice, goal: Target, parts: sizing.Counts, few: sizing.Counts, exact: bool
     ) -> sizing.Counts:
         """More parts in curved regions, from a mesh of a few parts; within max_hexes."""
-        from polycube.hexmesh.generation import curvature_sizing as chords
+        from polycube.fitting.creases import chord_counts as chords
 
         assert self.curvature is not None
         polycube = lattice.polycube

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from polycube.hexmesh.generation import curvature_sizing as chords
+from polycube.fitting.creases import chord_counts as chords
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.template import mesh
 from polycube.structure.rough_map import identity_map
