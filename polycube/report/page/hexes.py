@@ -1,4 +1,4 @@
-"""The section of the hex mesh: measures, certificate, worst hexes, distances, counts."""
+"""The sections of the hex mesh: measures, worst hexes, distances, counts, and what it loses."""
 
 from collections import Counter
 
@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from polycube.hexmesh.metrics import MEASURES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import charts
@@ -18,6 +19,7 @@ from polycube.types import HexMesh, Json, TriMesh
 
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
 N_SHOWN = 10  # rows, the worst first
+N_LOST = 60  # lost features in the table, the farthest first
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -115,3 +117,26 @@ def hex_counts(report: Json) -> Markup:
     if not found:
         return NOTHING
     return render("hex_counts.html", found=found, most=N_SHOWN)
+
+
+def features(report: Json, pictures: Pictures) -> Markup:
+    """Points, curves and faces of a CAD model that the hex mesh loses; empty for other parts."""
+    found = report.get("hex", {}).get("features")
+    if not found:
+        return NOTHING
+    lost, sharp = found["lost"], found.get("acute", [])
+    size = lost[0]["length"] / lost[0]["distance"] if lost else 1.0  # the diagonal
+    sharp = [{**each, "best": np.sin(np.radians(each["degrees"])).round(2)} for each in sharp]
+    extent = max([abs(value) for each in sharp for value in each["at"]], default=1.0)
+    return render(
+        "features.html",
+        found=found,
+        sharp=sharp,
+        most=N_LOST,
+        counts=[{"of the CAD model": f"{kind}s", **found[f"{kind}s"]} for kind in KINDS],
+        limit=limit(found),
+        picture=pictures.get("features"),
+        unit=length_unit(report),
+        digits=4 - int(np.log10(size)),
+        sharp_digits=4 - int(np.log10(max(extent, 1e-300))),
+    )

@@ -6,7 +6,7 @@ import pytest
 from docs.generators.benchmark.__main__ import lost_on_mesh
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.report.numbers import features as numbers_of
-from polycube.report.page.features import features
+from polycube.report.page.hexes import features
 from polycube.report.page.html import header
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.colours import LOST, LOST_FACE, PRESERVED, SURFACE, WORST, rgb
