@@ -13,14 +13,19 @@ from datetime import datetime
 import numpy as np
 
 from polycube import __version__
-from polycube.report.numbers import hex_counts, problem, quality, solutions
+from polycube.hexmesh.generation.requests import requests_of
+from polycube.hexmesh.generation.requests_met import reached
+from polycube.hexmesh.hex_counts import around, through
+from polycube.hexmesh.named_sets import cad_sets, kind_of
+from polycube.hexmesh.settings import MeshingSettings, least_around
+from polycube.report.numbers import problem, quality, solutions
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation
 from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project
 from polycube.surface import measures
-from polycube.types import Candidate, Json, Polycube, Spline, TriMesh
+from polycube.types import Candidate, HexMesh, Json, Polycube, Spline, TriMesh
 
 Numbers = dict[str, object]
 
@@ -51,7 +56,7 @@ def summarize(
         goal = state.verdict.goal if state.verdict else None
         report["hex"] = {
             **quality.full(state.hexes, state.surface, context, goal),
-            "counts": hex_counts.numbers(state.hexes, state.surface, config.get("meshing") or {}),
+            "counts": hex_counts(state.hexes, state.surface, config.get("meshing") or {}),
         }
     if state.spline is not None:
         report["spline"] = _spline(state.spline, state.surface)
@@ -109,6 +114,50 @@ def _input(state: RunState) -> Numbers:
         "bbox": [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()],
         "volume": measures.volume(surface),
     }
+
+
+def hex_counts(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]:
+    """Count hexes at the entries of `meshing.at`, through all walls and around all holes.
+
+    Parameters
+    ----------
+    mesh : hex mesh with the sets of its boundary
+    meshing : settings: `at`, `across_wall`, `around_hole`
+
+    Returns
+    -------
+    at : for each entry the set, the kind of number, the wanted and the reached value, and whether
+        it is met; a size in model units; `reached` is None if no quad is on the face
+    walls, holes : number of counted ones; walls are CAD faces or, without these, patches
+    fewer : for those with fewer hexes than `across_wall` and `around_hole` the same numbers as for
+        the entries, in ascending ratio to the wanted number
+    """
+    requests = requests_of(meshing.get("at") or ())
+    at = [
+        {
+            "at": request.at,
+            "kind": request.kind,
+            "wanted": request.wanted(surface),
+            "reached": has,
+            "met": request.is_met(surface, has),
+        }
+        for request, has in zip(requests, reached(mesh, surface, requests), strict=True)
+    ]
+    count = through(mesh)[0]
+    faces = [name for name in cad_sets(surface).alone.values() if name in mesh.sets]
+    faces = faces or [name for name in mesh.sets if kind_of(name) == "patch"]
+    walls = {name: float(np.median(count[mesh.sets[name]])) for name in faces}
+    holes = {n: float(around(mesh, q)) for n, q in mesh.sets.items() if kind_of(n) == "hole"}
+    fewer: list[Json] = []
+    for kind, setting, found in (
+        ("through", "across_wall", walls),
+        ("around", "around_hole", holes),
+    ):
+        least = least_around(meshing.get(setting, getattr(MeshingSettings, setting)))
+        few = {name: has for name, has in found.items() if has < least}
+        fewer += [{"at": n, "kind": kind, "wanted": least, "reached": few[n]} for n in few]
+    fewer.sort(key=lambda row: row["reached"] / row["wanted"])
+    return {"at": at, "walls": len(walls), "holes": len(holes), "fewer": fewer}
 
 
 def _polycube(state: RunState, polycube: Polycube, is_given: bool) -> Numbers:
