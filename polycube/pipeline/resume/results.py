@@ -1,12 +1,23 @@
-"""Store and load the results of each stage, so that a run can be resumed."""
+"""Store and load the results of each stage, so that a run can be resumed.
 
+Each result is one .npz file: the arrays under the path of their field, and the rest as JSON,
+without pickle. Integers are stored as differences of rows: meshes and sparse matrices change little
+from row to row, so these compress to at most half the size. Other numbers are stored with all first
+bytes together, then all second bytes etc., because signs and exponents compress; no bit is lost.
+"""
+
+import json
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from polycube import types
 from polycube.errors import InputError, brief
-from polycube.io import artifacts, manifest
+from polycube.io import manifest
 from polycube.kinds import KINDS
 from polycube.types import (
     Deformation,
@@ -38,6 +49,8 @@ SIZES: dict[type, Callable[[Any], dict[str, int]]] = {  # numbers that equal tho
 }
 REMEDY = "resume from an earlier stage"
 PARTS = {"read": (TriMesh, str, list), "structure": (list, int), "given": (HexMesh, str)}
+LARGEST, RATIO = 1 << 26, 300  # bytes of a small file, and of each byte of its compressed form
+PLAIN = (str, int, float, bool, type(None))  # types of JSON, which long sequences may contain
 
 
 @dataclass
@@ -79,7 +92,7 @@ def save_stage(folder: Path, kind: str, value: object) -> None:
     """Store the result of a stage as `folder/stages/<kind>.npz`."""
     with manifest.writing(folder) as scratch:
         (scratch / "stages").mkdir()
-        artifacts.save(scratch / stage_name(kind), value)
+        save(scratch / stage_name(kind), value)
 
 
 def load_stage(folder: Path, kind: str) -> Any:
@@ -90,7 +103,7 @@ def load_stage(folder: Path, kind: str) -> Any:
         what = f"contains no result of stage {kind!r}"
         raise InputError(f"{folder} {what}; it contains {have or 'none'}")
     try:
-        value = artifacts.load(path)
+        value = load(path)
         if not _is_of(kind, value):
             raise ValueError(f"it is no result of stage {kind!r}")
         return value
@@ -123,3 +136,89 @@ def has_stage(folder: Path, kind: str) -> bool:
 def stage_name(kind: str) -> str:
     """File name of a stage in a results folder."""
     return f"stages/{kind.replace('/', '.')}.npz"
+
+
+def save(path: Path, value: object) -> None:
+    """Write dataclasses, sequences, arrays, sparse matrices and plain values to one .npz file."""
+    arrays: dict[str, np.ndarray] = {}
+    tree = _pack(value, "value", arrays)
+    np.savez_compressed(path, allow_pickle=False, tree=np.array(json.dumps(tree)), **arrays)
+
+
+def load(path: Path) -> object:
+    """Load a value written by `save`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError, KeyError, TypeError, zipfile.BadZipFile
+        If it is damaged, or if values of a class are not in their range (`types.check_values`).
+    """
+    with np.load(path, allow_pickle=False) as arrays:
+        size = sum(each.file_size for each in arrays.zip.infolist())
+        if size > LARGEST + RATIO * path.stat().st_size:
+            raise ValueError(f"its {size} bytes are compressed to {path.stat().st_size}")
+        return _unpack(json.loads(str(arrays["tree"])), arrays)
+
+
+def _pack(value: object, name: str, arrays: dict[str, np.ndarray]) -> object:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iu" and value.ndim:
+        arrays[name] = np.diff(value, axis=0, prepend=np.zeros_like(value[:1]))
+        return {"steps": name}
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        single = np.ascontiguousarray(value).reshape(-1, 1)
+        arrays[name] = np.ascontiguousarray(single.view(np.uint8).T)
+        return {"planes": name, "type": value.dtype.str, "shape": list(value.shape)}
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, csr_matrix):
+        parts = (value.data, value.indices, value.indptr)
+        packed = [_pack(part, f"{name}.{i}", arrays) for i, part in enumerate(parts)]
+        return {"csr": packed, "shape": list(value.shape)}
+    if is_dataclass(value):
+        names = [each.name for each in fields(value)]
+        own = {n: _pack(getattr(value, n), f"{name}.{n}", arrays) for n in names}
+        return {"class": type(value).__name__, "fields": own}
+    if isinstance(value, list | tuple):
+        items = list(value)
+        if not all(type(item) in PLAIN for item in value):
+            items = [_pack(item, f"{name}.{i}", arrays) for i, item in enumerate(value)]
+        return {"tuple" if isinstance(value, tuple) else "list": items}
+    if isinstance(value, dict):
+        return {"dict": {k: _pack(v, f"{name}.{k}", arrays) for k, v in value.items()}}
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _unpack(tree: object, arrays: np.lib.npyio.NpzFile) -> object:
+    if not isinstance(tree, dict):
+        return tree
+    if "steps" in tree:
+        steps = arrays[tree["steps"]]
+        return steps.cumsum(axis=0, dtype=steps.dtype)
+    if "planes" in tree:
+        if np.dtype(tree["type"]).kind != "f":
+            raise ValueError("numbers of an unknown type")
+        single = np.ascontiguousarray(arrays[tree["planes"]].T)
+        return single.view(tree["type"]).reshape(tree["shape"])
+    if "array" in tree:
+        return arrays[tree["array"]]
+    if "csr" in tree:
+        parts = tuple(_unpack(part, arrays) for part in tree["csr"])
+        matrix = csr_matrix(parts, shape=tree["shape"])
+        matrix.check_format(full_check=True)
+        return matrix
+    if "class" in tree:
+        name = tree["class"]
+        cls: Any = getattr(types, name, None)
+        if not (isinstance(cls, type) and is_dataclass(cls)):
+            raise ValueError(f"artifact contains a {name}, which polycube.types does not define")
+        value = cls(**{k: _unpack(v, arrays) for k, v in tree["fields"].items()})
+        types.check_values(value)
+        return value
+    if "tuple" in tree:
+        return tuple(_unpack(t, arrays) for t in tree["tuple"])
+    if "list" in tree:
+        return [_unpack(t, arrays) for t in tree["list"]]
+    return {k: _unpack(v, arrays) for k, v in tree["dict"].items()}

@@ -12,8 +12,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 from polycube.errors import InputError
-from polycube.io import artifacts
-from polycube.pipeline.resume.results import StageResults, load_stage, save_stage, stage_name
+from polycube.pipeline.resume.results import StageResults, load_stage, save, save_stage, stage_name
 from polycube.types import Deformation, HexMesh, Labels, Modes, Potential
 from tests.fixtures.hexmeshes import hex_box, surface_of
 from tests.fixtures.splines import box
@@ -113,7 +112,7 @@ def test_results_that_do_not_fit_each_other_are_refused(first, second, sentence,
 def test_a_file_that_unpacks_to_much_more_is_refused(tmp_path: Path) -> None:
     path = tmp_path / stage_name(STAGE)
     path.parent.mkdir()
-    artifacts.save(path, MESH)
+    save(path, MESH)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
         file.writestr("more.npy", bytes(100 << 20))
     with pytest.raises(InputError, match="bytes are compressed to"):
