@@ -19,7 +19,7 @@ from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import feet, layers
 from polycube.hexmesh.background.curves import Curve, Sizes, divided
-from polycube.hexmesh.background.details import section_of
+from polycube.hexmesh.background.section import section_of
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.inspection import inspect

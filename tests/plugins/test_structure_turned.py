@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.columns import feet
-from polycube.hexmesh.background.core import disc
+from polycube.hexmesh.background.columns import disc, feet
 from polycube.hexmesh.background.smoothing import sines
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.quality import volume

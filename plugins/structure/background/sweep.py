@@ -42,7 +42,7 @@ class Sweep(ColumnStructure):
             if the axis is not given
         """
         from polycube.hexmesh.background.columns import columns, layers
-        from polycube.hexmesh.background.details import section_of
+        from polycube.hexmesh.background.section import section_of
         from polycube.surface.measures import frame
 
         from .moved_back import moved_back
@@ -73,7 +73,7 @@ class Bent(ColumnStructure):
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a section along its path."""
         from polycube.hexmesh.background.columns import columns, layers
-        from polycube.hexmesh.background.details import section_of
+        from polycube.hexmesh.background.section import section_of
 
         from .path import path
 

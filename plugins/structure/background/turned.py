@@ -37,8 +37,7 @@ class Turned(ColumnStructure):
         from polycube.hexmesh.background.arrangement import arrangement
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.background.cells import Cells, cells
-        from polycube.hexmesh.background.columns import columns
-        from polycube.hexmesh.background.core import core, joined
+        from polycube.hexmesh.background.columns import columns, core, joined
         from polycube.hexmesh.background.curves import curves, curves_round
         from polycube.hexmesh.background.section import section
         from polycube.surface.measures import diagonal

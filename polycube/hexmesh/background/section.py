@@ -1,4 +1,4 @@
-"""Quads of a section, with edges along all its curves."""
+"""Quads of a section, with edges along all its curves, without details that make them poor."""
 
 import logging
 from dataclasses import dataclass, replace
@@ -7,11 +7,16 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.arrangement import arrangement
+from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import Cell, borders
-from polycube.hexmesh.background.curves import Curve, Sizes
+from polycube.hexmesh.background.cells import cells
+from polycube.hexmesh.background.curves import Curve, Sizes, curves, curves_round
 from polycube.hexmesh.background.plane import cross
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
+from polycube.surface.measures import diagonal
+from polycube.types import TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -22,6 +27,11 @@ OVERLAP = 0.1  # largest relative error of the area of a cell
 CHORDS = 0.02  # of the area of all cells: the same, for the chords of its curves
 SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
+# of the diagonal: sizes below which details are merged, one after the other
+DETAILS = 1e-5, 5e-4, 1e-3
+ENOUGH = 0.1  # smallest sine of an angle of the quads above which no more details are merged
+BETTER = 0.08  # by how much it must be larger for each of these sizes
+ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,3 +158,38 @@ def _smooth(
     is_free = ~np.append(draft.is_fixed, np.zeros(is_new.sum(), bool))[used]
     cell = np.concatenate([draft.own, draft.open_[region]])
     return Section(smoothed(places, every, is_free), every, cell)
+
+
+def section_of(
+    surface: TriMesh, part: Background, sizes: Sizes
+) -> tuple[Section, Background, np.ndarray]:
+    """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
+
+    If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
+    none, the details are merged.
+
+    Raises
+    ------
+    NoBackgroundError, NoQuadsError
+        If there are none without details, either; with the reason for all of them.
+    """
+    found: list[tuple[float, Section, Background, np.ndarray]] = []
+    reasons: list[Exception] = []
+    for share in DETAILS:
+        near = share * diagonal(surface)
+        cut = part.with_distinct_levels(near)
+        try:
+            points, edges = arrangement(cut.points, cut.lines, near)
+            filled = cells(surface, cut, points, edges)
+            chains = curves(points, edges, cut.marks, max(near, ENDS * diagonal(surface)))
+            flat = section(chains, curves_round(chains, filled), filled.full, sizes)
+        except (NoBackgroundError, NoQuadsError) as reason:
+            reasons.append(reason)
+            continue
+        least = float(sines(flat.vertices, flat.quads).min())
+        found.append((least - BETTER * len(found), flat, cut, filled.full))
+        if least > ENOUGH:
+            break
+    if not found:
+        raise reasons[0]
+    return max(found, key=lambda each: each[0])[1:]
