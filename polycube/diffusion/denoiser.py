@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.conditions import Condition
 from polycube.diffusion.encoding import by_x, learning_frame, to_pixels, to_points
 from polycube.diffusion.pairs.templates import Context
+from polycube.diffusion.point_network import ContextClassifier
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.types import Frame
 

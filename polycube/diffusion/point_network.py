@@ -1,6 +1,6 @@
-"""A network on a set of points: each pixel is a point of a set.
+"""Networks on a set of points: each pixel is a point of a set.
 
-It consists of blocks of a perceptron shared by all points. Between them, the mean and maximum of
+They consist of blocks of a perceptron shared by all points. Between them, the mean and maximum of
 the features of all points are combined with time and context, and scale and shift the features of
 every point. A few slots also collect features of the points assigned to them and return them, so
 that parts of the shape, such as the wall of a hole, are treated together. The result does not
@@ -146,3 +146,48 @@ def nearest(points: Tensor, k: int) -> Tensor:
         apart = torch.cdist(points.float(), points.float())
         apart.diagonal(dim1=1, dim2=2).fill_(torch.inf)
         return apart.topk(k, dim=2, largest=False).indices
+
+
+class ContextClassifier(nn.Module):
+    """Geometry (B, channels, h, w) -> logits (B, cells, primitives + 1), and of alignment, (B,).
+
+    The network sees only the geometry, in one of the 24 orientations of the axes of the grid. For
+    every cell it predicts the primitive, and for the geometry whether it is aligned with the grid
+    in this orientation. Contexts of equal shape cannot be distinguished; the canonical one is
+    predicted (`shapes.turned_contexts`). The last class of a cell is empty.
+    """
+
+    def __init__(
+        self,
+        channels: int,
+        n_cells: int,
+        n_primitives: int,
+        width: int = 64,
+        blocks: int = 3,
+        slots: int = 16,
+    ) -> None:
+        super().__init__()
+        self.channels, self.shape = channels, (n_cells, n_primitives + 1)
+        self.features = PointFeatures(channels, 1, width, blocks, slots)
+        self.leave = perceptron(2 * width, 2 * width, n_cells * (n_primitives + 1) + 1)
+
+    def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
+        """Logits of the cells, and of the alignment of the geometry with the grid."""
+        inputs = geometry[:, : self.channels]
+        features = self.features(inputs, geometry.new_ones(len(geometry), 1))
+        outputs = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
+        return outputs[:, :-1].reshape(-1, *self.shape), outputs[:, -1]
+
+    def log_cells(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
+        """Log-probabilities (B, cells, primitives + 1), and that of alignment (B,)."""
+        logits, alignment = self(geometry)
+        return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(alignment.float())
+
+    def log_likelihood(self, geometry: Tensor, cells: Tensor) -> Tensor:
+        """(B, C) log-probability of contexts, cells (C, n_cells) as numbers of classes.
+
+        It includes the probability that the geometry is aligned with the grid.
+        """
+        log_p, log_aligned = self.log_cells(geometry)
+        each = torch.arange(cells.shape[1])
+        return log_p[:, each, cells].sum(dim=2) + log_aligned[:, None]

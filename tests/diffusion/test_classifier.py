@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from polycube.diffusion.classifier import ContextClassifier
+from polycube.diffusion.point_network import ContextClassifier
 
 
 def _geometry(seed: int = 0) -> torch.Tensor:

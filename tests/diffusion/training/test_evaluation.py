@@ -7,11 +7,11 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from polycube.diffusion.classifier import ContextClassifier
 from polycube.diffusion.conditions import GridContexts
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.diffusion.pairs.pairs import Pair, Pairs
 from polycube.diffusion.pairs.templates import turned_contexts
+from polycube.diffusion.point_network import ContextClassifier
 from polycube.diffusion.training.data_module import Batch, PairImages
 from polycube.diffusion.training.evaluation import (
     Columns,
