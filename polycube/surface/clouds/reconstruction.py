@@ -21,11 +21,12 @@ from polycube.surface.clouds.points import (
     as_open3d,
     averaged,
     checked,
+    fillings,
     spacings,
+    supported,
     with_normals,
     without_outliers,
 )
-from polycube.surface.clouds.trimming import fillings, supported
 from polycube.surface.measures import diagonal, face_normals, is_closed, spread, volume
 from polycube.types import TriMesh
 
