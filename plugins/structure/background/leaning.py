@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.hexmesh.background.plane import cross
+from polycube.hexmesh.background.arrangement import cross
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.creases import chains_of, vertices_of

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import to_lines
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.motion import PARALLEL, Motion, screw, turn
-from polycube.hexmesh.background.plane import to_lines
 from polycube.surface.measures import (
     between_faces,
     cad_vectors,

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import to_lines
 from polycube.hexmesh.background.background import Background, NoBackgroundError
-from polycube.hexmesh.background.plane import to_lines
 from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import area_vectors, diagonal, face_areas, half_edges, place
 from polycube.types import TriMesh

@@ -5,8 +5,8 @@ from typing import NoReturn
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import cross, to_lines
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import cross, to_lines
 from polycube.surface.measures import area_vectors, connected, place
 from polycube.types import TriMesh
 

@@ -1,10 +1,9 @@
-"""Planar graph of lines: coincident lines are merged, and crossings become points."""
+"""Planar graph of lines: coincident lines are merged, and crossings become points; vectors."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.plane import cross
 from polycube.surface.measures import coincident, connected
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
@@ -12,6 +11,20 @@ LAST = np.radians(16)  # the same at the only smooth end of a line
 SAG = 1.5  # relative to the distance of a chord from its arc: for two polylines of one curve
 ROUNDS = 4  # rounds of merging
 MOST = 60000  # largest number of lines
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) cross product of vectors (N, 2), positive if b is left of a."""
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def to_lines(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (P, S) of points (P, 2) from lines (S, 2, 2), and the shares (P, S) along them."""
+    start, step = lines[:, 0], lines[:, 1] - lines[:, 0]
+    out = points[:, None] - start
+    share = (out * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-300)
+    share = np.clip(share, 0, 1)
+    return np.linalg.norm(out - share[..., None] * step, axis=2), share
 
 
 def arrangement(

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import cross, to_lines
 from polycube.hexmesh.background.background import Background, NoBackgroundError
-from polycube.hexmesh.background.plane import cross, to_lines
 from polycube.surface.measures import connected
 from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh

@@ -7,12 +7,11 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.hexmesh.background.arrangement import arrangement
+from polycube.hexmesh.background.arrangement import arrangement, cross
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import Cell, borders
 from polycube.hexmesh.background.cells import cells
 from polycube.hexmesh.background.curves import Curve, Sizes, curves, curves_round
-from polycube.hexmesh.background.plane import cross
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
 from polycube.surface.measures import diagonal

@@ -6,7 +6,7 @@ is 1 for a square. A small or negative d is replaced by a small positive area (E
 
 import numpy as np
 
-from polycube.hexmesh.background.plane import cross
+from polycube.hexmesh.background.arrangement import cross
 from polycube.numerics.lbfgs import descend
 
 ROUNDS = ((0.3, 30), (0.03, 40), (0.003, 60))  # smallest area relative to the mean; iterations
