@@ -59,10 +59,6 @@ class Febio(WithNodes, WithProblem, TextFormat):
             hex_sets=primitive_sets(named),
             surfaces=named.sets,
             called=dict(zip(side_sets(hexes), named.sets, strict=True)),
-            tag=_tag,
+            # an element with a number and the numbers of its nodes
+            tag=lambda kind, nodes: f'<{kind} id="%d">' + ",".join(nodes * ["%d"]) + f"</{kind}>",
         )
-
-
-def _tag(kind: str, nodes: int) -> str:
-    """Form of an element with a number and the numbers of its nodes."""
-    return f'<{kind} id="%d">' + ",".join(nodes * ["%d"]) + f"</{kind}>"

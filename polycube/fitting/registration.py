@@ -76,7 +76,8 @@ def register_mesh(
     is_matched[np.append(matching.curve, matching.corner)] = True
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, rounds):
-        turn, pulling, loose = (_between(r, step) for r in (alpha, weight, slack))
+        # between the first and the last value in equal ratios
+        turn, pulling, loose = (a * (b / a) ** step for a, b in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
         foot, facing = problem.feet(x, normals, turn)
         strength = pulling * trust / problem.size(x) ** 2
@@ -115,10 +116,6 @@ def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
         min_jacobian=float(jacobian.min()),
         volume_ratio=volume(mesh) / (surfaces.volume(target.surface) * target.scale**3),
     )
-
-
-def _between(ends: Range, step: float) -> float:
-    return ends[0] * (ends[1] / ends[0]) ** step
 
 
 def _per_cent(gaps: np.ndarray) -> float:
