@@ -97,7 +97,7 @@ def deform(
     radius = away * diagonal
     work = float(energy) * material.young * metres**3
     gravity = material.density * np.asarray(acceleration, dtype=np.float64)
-    grown = _growth(spline, material, moved * diagonal, gravity * METRES[length_unit])
+    apart = _distance_error(spline, material, moved * diagonal, gravity * METRES[length_unit])
     singular = singular_places(spline, supports, [load.faces for load in loads], radius)
     return Deformation(
         displacement=moved * diagonal,
@@ -114,12 +114,12 @@ def deform(
             elasticity,
             singular,
             radius,
-            grown * METRES[length_unit] ** 3 / max(2 * work, TINY),
+            apart * METRES[length_unit] ** 3 / max(2 * work, TINY),
         ),
     )
 
 
-def _growth(
+def _distance_error(
     spline: Spline, material: Material, displacement: np.ndarray, gravity: np.ndarray
 ) -> float:
     """Error of the compliance by the distance from the part, in Pa times cubed units of the part.
@@ -141,11 +141,11 @@ def _stresses(
     elasticity: Elasticity,
     singular: Sequence[Singular],
     radius: float,
-    grown: float,
+    apart: float,
 ) -> dict[str, Any]:
     """The stresses and errors of a Deformation for a displacement (B, 3).
 
-    grown : estimated relative change of the compliance if the boundary is on the part
+    apart : estimated relative error of the compliance by the distance from the part
     """
 
     def equivalent_of(slope: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ def _stresses(
         "singular": largest[1],
         "poor": int(poor.sum()),
         "stress_error": off,
-        "displacement_error": (SAFETY * off**2 + grown) * float(most),
+        "displacement_error": (SAFETY * off**2 + apart) * float(most),
     }
 
 
