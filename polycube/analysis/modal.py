@@ -19,12 +19,11 @@ from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
 from polycube.analysis.peaks import poor_elements
-from polycube.analysis.preconditioner import elastic_preconditioner
+from polycube.analysis.preconditioner import elastic_preconditioner, single_precision
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
-from polycube.numerics.factorization import single_precision
 from polycube.numerics.products import Symmetric
 from polycube.types import Modes, Spline
 from polycube.units import METRES

@@ -3,8 +3,7 @@
 With v = B c the values at the vertices, K is close to B^T T B for the trilinear stiffness T, but up
 to five times larger for the shortest waves. A share of the identity in B corrects this. With a few
 Chebyshev iterations for B^-1, the eigenvalues of P K, P = B^-1 T^-1 B^-T, are about .5 to 3 on
-compact solids. T couples 27 vertices, whereas K couples 343 functions; T is factored in single
-precision.
+compact solids. T, in single precision, couples 27 vertices, whereas K couples 343 functions.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
 from polycube.errors import MeshingError
-from polycube.numerics.factorization import Factor, factorize, single_precision
+from polycube.numerics.factorization import Factor, factorize
 from polycube.numerics.products import Symmetric, times
 from polycube.types import ElementFunctions, Spline
 
@@ -34,8 +33,7 @@ N_GAUSS = 2  # points per direction
 logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
-ITERATIONS = 500  # largest number of iterations
-FEW = 60  # the same with a factor in single precision
+ITERATIONS, FEW = 500, 60  # largest numbers of iterations; the second with a direct factor
 SMALL = 20_000  # unknowns below which the factor is in double precision
 
 Operator = Callable[[np.ndarray], np.ndarray]
@@ -159,10 +157,7 @@ def solvers(
     """
     if near is None:
         matrix = csr_matrix(constraints.basis.T @ stiffness.full() @ constraints.basis)
-        if matrix.shape[0] < SMALL:
-            exact = factorize(matrix, points).solve
-            return exact, exact
-        factor = single_precision(matrix, points)
+        factor = (factorize if matrix.shape[0] < SMALL else single_precision)(matrix, points)
 
         def solve(right: np.ndarray) -> np.ndarray:
             try:
@@ -172,6 +167,14 @@ def solvers(
 
         return solve, factor.solve
     return partial(conjugate_gradients, near.restricted(stiffness).matvec, precondition=near), near
+
+
+def single_precision(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
+    """The factor in single precision, or in double precision if single precision fails."""
+    try:
+        return factorize(csr_matrix(matrix, dtype=np.float32), points)
+    except ValueError:
+        return factorize(csr_matrix(matrix, dtype=np.float64), points)
 
 
 @dataclass(frozen=True, eq=False)

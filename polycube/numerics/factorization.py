@@ -188,14 +188,6 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
     return Factor(scale, order, starts, later, diagonal, below)
 
 
-def single_precision(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
-    """The factor in single precision, or in double precision if single precision fails."""
-    try:
-        return factorize(csr_matrix(matrix, dtype=np.float32), points)
-    except ValueError:
-        return factorize(csr_matrix(matrix, dtype=np.float64), points)
-
-
 def _front(
     a: int,
     b: int,
