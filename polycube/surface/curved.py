@@ -17,6 +17,7 @@ from polycube.types import TriMesh
 RIDGE = 1e-6  # relative regularization, for curvatures that the vertices do not determine
 STEEP = np.radians(20)  # angle from a triangle above which its normal is used: at an apex
 KINK = np.radians(40)  # angle between two triangles that are not on one smooth surface
+NEAREST = 0.1  # squared distance, in mean ones, below which the weight of a vertex does not grow
 PIECES = 4  # pieces of each edge of a smooth curve
 
 
@@ -47,7 +48,8 @@ def corner_normals(surface: TriMesh, normals: np.ndarray) -> np.ndarray:
     u, v, height = step.T / scale
     terms = np.stack([u, v, u * u / 2, u * v, v * v / 2, height], axis=1)
     products = (terms[:, :, None] * terms[:, None]).reshape(-1, 36)
-    weight = csr_matrix((scale**2 / square, (row, np.arange(len(row)))), (size, len(row)))
+    near = 1 / (NEAREST + square / scale**2)
+    weight = csr_matrix((near, (row, np.arange(len(row)))), (size, len(row)))
     sums = np.asarray(weight @ products).reshape(size, 6, 6)[:, :5]
     ridge = RIDGE * np.trace(sums, axis1=1, axis2=2)[:, None, None] * np.eye(5)
     slope = np.linalg.solve(sums[..., :5] + ridge, sums[..., 5:])[:, :2, 0]
@@ -85,5 +87,11 @@ def smooth_curve(crease: Crease) -> np.ndarray:
         around = np.arange(-3, number + 4)
         arc = arc[around % number] + crease.length * (around // number)
         points = points[around % number]
-    slope = np.gradient(points, arc, axis=0, edge_order=2 if len(arc) > 2 else 1)
+    chord = np.diff(points, axis=0) / np.diff(arc)[:, None]
+    if len(chord) == 1:
+        return points[0] + (at - arc[0])[:, None] * chord
+    # central differences: unlike those of a parabola, they do not depend on very short edges
+    inner = (points[2:] - points[:-2]) / (arc[2:] - arc[:-2])[:, None]
+    ends = 2 * chord[[0, -1]] - inner[[0, -1]]
+    slope = np.concatenate([ends[:1], inner, ends[1:]])
     return np.asarray(CubicHermiteSpline(arc, points, slope)(at))

@@ -122,3 +122,13 @@ def test_a_straight_curve_stays_straight():
     assert found[:, 1] == pytest.approx(2 * found[:, 0])
     short = smooth_curve(Crease(points[:2], arc[:2], np.full(1, np.pi / 2), (0, 1)))
     assert short == pytest.approx(np.linspace(points[0], points[1], 5))
+
+
+def test_a_very_short_edge_does_not_bend_a_curve():
+    turn = np.concatenate([[0, 1e-7], np.linspace(0, 1, 9)[1:]])
+    points = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    points[1] += [3e-8, 0, 3e-8]
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    found = smooth_curve(Crease(points, arc, np.full(9, np.pi / 2), (0, 1)))
+    assert abs(np.linalg.norm(found, axis=1) - 1).max() < 1.2e-3  # sagitta of an edge: 2e-3
+    assert abs(found[:, 2]).max() < 1e-7
