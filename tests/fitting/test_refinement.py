@@ -41,6 +41,7 @@ def coarse() -> HexMesh:
     return replace(block, vertices=round_)
 
 
+@pytest.mark.slow
 def test_a_refined_ball_is_closer_to_the_surface(coarse, sphere):
     fine = refinement.refine(coarse, sphere)
     assert len(fine.hexes) == 512

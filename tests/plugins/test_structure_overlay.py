@@ -57,6 +57,7 @@ def test_the_larger_of_two_close_faces_has_a_plane_of_blocks():
 
 @settings(deadline=None)
 @given(seed=st.integers(0, 10**6), least=st.floats(0.2, 0.8))
+@pytest.mark.slow
 def test_random_cells_become_one_manifold_solid_without_voids(seed, least):
     share = np.random.default_rng(seed).random((5, 6, 4))
     full = manifold(share, least)

@@ -40,6 +40,7 @@ def propose(context: list, **options: object) -> list:
     return plugin(part(("hole_y", "cube"), TURNED), ())
 
 
+@pytest.mark.slow
 def test_the_context_is_placed_and_denoised(weights: str) -> None:
     found = propose(["cube", "hole_z"], weights=weights, tried=2)
     assert 1 <= len(found) <= 2 and [c.cost for c in found] == sorted(c.cost for c in found)

@@ -307,6 +307,7 @@ def test_smoothing_unfolds_quads_and_does_not_move_others():
     assert smoothed(thrown, quads, is_free) == pytest.approx(places, abs=0.02)
 
 
+@pytest.mark.slow
 def test_details_are_merged_if_there_are_no_quads_with_them():
     """A chord and two chords of a flat arc, 0.07 % of the diagonal apart, have an edge each."""
     rise = 0.004

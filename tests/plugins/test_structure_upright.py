@@ -77,6 +77,7 @@ def test_the_upper_corners_are_set_over_the_lower_ones(surface):
     st.floats(0.1, 1),
     st.booleans(),
 )
+@pytest.mark.slow
 def test_a_convex_part_becomes_the_prism_over_its_widest_polygon(gaps, width, high, is_low):
     angle = 2 * np.pi * np.cumsum(gaps) / np.sum(gaps)
     polygon = 10 * np.stack([np.cos(angle), np.sin(angle)], axis=1)

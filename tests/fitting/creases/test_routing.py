@@ -25,6 +25,7 @@ def perturbed() -> tuple[FitProblem, np.ndarray, routing.Net]:
     return problem, x, routing.net(problem, x)
 
 
+@pytest.mark.slow
 def test_shortest_paths_are_those_of_scipy():
     rng = np.random.default_rng(1)
     for _ in range(20):

@@ -24,6 +24,7 @@ def cured():
     return cure(mesh, target(surface), 0.4, 0.0)
 
 
+@pytest.mark.slow
 def test_a_lattice_on_a_rod_gets_rings_at_its_ends(cured):
     _, mesh = lattice_on_rod()
     assert least(mesh) < 0.25

@@ -84,6 +84,7 @@ def test_blocks_that_would_be_pinched_are_divided():
 
 @settings(deadline=None, max_examples=25)
 @given(seed=st.integers(0, 10**6))
+@pytest.mark.slow
 def test_random_solids_are_conforming_and_connected(seed):
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(20) + 0.5] * 3, indexing="ij"), axis=-1)

@@ -181,6 +181,7 @@ def test_chords_are_shorter_on_cad_faces_and_for_smaller_sizes(cylinder):
     assert asked == number(cylinder, size=f"{10 / 1.4}%", curvature=f"{0.3 / 1.4**2}%")
 
 
+@pytest.mark.slow
 def test_refine_reaches_the_deviation_or_gives_a_reason(cylinder, caplog):
     mesh = stage("subdivide", size="12%")(cylinder, *_bar())
     mesh = stage("pillow")(cylinder, stage("smooth", rounds=10)(cylinder, mesh))

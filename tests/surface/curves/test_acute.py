@@ -17,6 +17,7 @@ from tests.fixtures.surfaces import wedge
     st.floats(1e-3, 1e3),
     st.integers(0, 100),
 )
+@pytest.mark.slow
 def test_a_wedge_has_one_edge_and_two_corners(degrees, size, seed):
     angle = np.deg2rad(degrees)
     assume(abs(angle - SHARP) > 1e-9)  # at the limit itself, rounding decides

@@ -93,6 +93,7 @@ def test_a_crease_of_which_most_is_sharp_from_near_only_is_noise(broad, n_remain
 
 @given(st.integers(0, 10**6))
 @settings(max_examples=20, deadline=None)
+@pytest.mark.slow
 def test_numbering_of_the_surface_does_not_matter(seed):
     rng = np.random.default_rng(seed)
     surface = joined(box(), box((2, 0, 0), (3, 1, 0.5)))
