@@ -103,11 +103,7 @@ def _errors(
     (shapes have a mass of 1); a few steps of conjugate gradients find most of it. The change by the
     distance of the boundary from the part is added.
     """
-    material, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
-
-    def work(slope: np.ndarray) -> np.ndarray:
-        return material.work(slope)[:, None]
-
+    work, poor = Material(1.0, poisson, 1.0).work, poor_elements(spline)
     elasticity = Elasticity.of(spline, poisson, n_gauss)
     enrichment = Enrichment.of(spline, elasticity, supports)
     found = []

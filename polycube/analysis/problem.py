@@ -45,10 +45,11 @@ class Material:
         return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
 
     def work(self, slope: np.ndarray) -> np.ndarray:
-        """(P,) products of stress and strain of displacement gradients (P, 3, 3)."""
+        """(P, 1) products of stress and strain of displacement gradients (P, 3, 3)."""
         strain = (slope + slope.swapaxes(1, 2)) / 2
         square = (strain**2).sum(axis=(1, 2))
-        return 2 * self.shear * square + self.lame * np.trace(strain, axis1=1, axis2=2) ** 2
+        found = 2 * self.shear * square + self.lame * np.trace(strain, axis1=1, axis2=2) ** 2
+        return found[:, None]
 
 
 MATERIALS = {

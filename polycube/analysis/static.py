@@ -126,11 +126,7 @@ def _distance_error(
 
     gravity : (3,) weight of a volume, times the length unit
     """
-
-    def density(slope: np.ndarray) -> np.ndarray:
-        return material.work(slope)[:, None]
-
-    work = gradient_field(spline, displacement, density, poor_elements(spline))[:, 0]
+    work = gradient_field(spline, displacement, material.work, poor_elements(spline))[:, 0]
     return distance_error(spline, 2 * displacement @ gravity - work)
 
 

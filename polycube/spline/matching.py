@@ -68,8 +68,10 @@ class Matcher:
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
         self._tree: closest.Tree | None = None
-        flat, self._normals, self._on = target.samples(SAMPLES)
-        self._points, self._normals = target.smooth(*target.closest(flat, self._normals, ALPHA))
+        self._points, self._normals, self._on = target.samples(SAMPLES)
+        if len(target.surface.region):
+            feet = target.closest(self._points, self._normals, ALPHA)
+            self._points, self._normals = target.smooth(*feet)
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
         on = [c.at(np.arange(STEP / 2, c.length, STEP))[0] for c in loose]

@@ -68,6 +68,8 @@ class Target:
 
         Other surfaces are not changed; see `polycube.surface.curved`.
         """
+        if not len(self.surface.region):
+            return points, self.normals[face]
         corners = self.surface.vertices[self.surface.faces[face]]
         return curved.lifted(points, corners, _corner_normals(self)[face])
 
