@@ -4,10 +4,12 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from polycube.analysis.problem import Applied, Statics, Vector, material
-from polycube.analysis.supports import is_number, prescribed, split, supports
+from polycube.analysis.loads import Load, check_expression
+from polycube.analysis.problem import Rotation, Statics, Vector, material
+from polycube.analysis.supports import prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline
+from polycube.types.checks import options_of
 from polycube.units import AUTO, checked_unit
 
 from .places import OfProblem, check_items, check_supports, check_vector
@@ -15,6 +17,7 @@ from .places import OfProblem, check_items, check_supports, check_vector
 logger = logging.getLogger(__name__)
 
 WEIGHT = (0.0, 0.0, -9.81)  # m/s^2
+VECTORS = ("traction", "force", "moment", "bearing")
 
 
 @register("analysis", "static")
@@ -30,9 +33,13 @@ class Static(OfProblem):
         um, in, ft, dm, km, nm, mil, yd, mi
     fixed : supports: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
         docs/reference/analysis.md
-    loads : [{at: x_max, force: [0, 0, -100]}] in N, or pressure: Pa, or traction: [Pa, Pa, Pa]
-    gravity : acceleration in m/s^2; null: [0, 0, -9.81] if there are no loads and no prescribed
-        displacements
+    loads : [{at: x_max, force: [0, 0, -100]}] in N, moment: [N m, N m, N m], both at point: [x, y,
+        z] if it is given; pressure: Pa, or an expression of x, y, z; traction: [Pa, Pa, Pa];
+        bearing: [N, N, N], a pressure on the half of a hole or shaft that resists
+    rotation : {axis: [0, 0, 1], point: [0, 0, 0], rpm: 3000}; centrifugal forces
+    temperature : in K above that without stress: a number or an expression of x, y, z
+    gravity : acceleration in m/s^2; null: [0, 0, -9.81] if nothing else loads or moves
+        the part
     gauss : Gauss points per direction and element
     away : distance as a share of the diagonal; places closer to sharp inner edges, borders of
         supports and loads on small areas, where the stress is unbounded, are excluded from the
@@ -43,6 +50,8 @@ class Static(OfProblem):
     units: str = AUTO
     fixed: tuple[object, ...] = ("z_min",)
     loads: tuple[object, ...] = ()
+    rotation: Rotation | None = None
+    temperature: float | str = 0.0
     gravity: tuple[float, ...] | None = None
     gauss: int = 4
     away: float = 0.02
@@ -51,12 +60,19 @@ class Static(OfProblem):
         material(self.material)
         object.__setattr__(self, "units", checked_unit(self.units))
         check_supports("fixed", self.fixed, {"components", "value"})
-        loads = check_items("loads", self.loads, {"pressure", "traction", "force"}, needed=1)
+        loads = check_items("loads", self.loads, {"pressure", "point", *VECTORS}, needed=1)
         for _, item in loads:
-            if not is_number(item.get("pressure", 0.0)):
-                raise ValueError(f"loads: pressure must be a number; got {item['pressure']!r}")
-            for name in ("traction", "force"):
-                check_vector(f"loads: {name}", item.get(name, (0, 0, 0)))
+            check_expression("loads: pressure", item.get("pressure", 0.0))
+            for name in {*VECTORS, "point"} & {*item}:
+                check_vector(f"loads: {name}", item[name])
+            if "point" in item and not {"force", "moment"} & {*item}:
+                raise ValueError(f"loads: point is where a force or a moment acts; got {item!r}")
+        check_expression("temperature", self.temperature)
+        if self.temperature and not material(self.material).expansion:
+            raise ValueError("temperature needs the expansion of the material, in 1/K")
+        if self.rotation is not None:
+            turning = options_of("rotation", Rotation, self.rotation)
+            object.__setattr__(self, "rotation", turning)
         if self.gravity is not None:
             check_vector("gravity", self.gravity)
         if self.gauss < 2:
@@ -73,33 +89,38 @@ class Static(OfProblem):
             x, y, z = self.gravity
             return x, y, z
         is_moved = any(item.get("value") for _, item in map(split, self.fixed))
-        return (0.0, 0.0, 0.0) if self.loads or is_moved else WEIGHT
+        is_loaded = self.loads or self.rotation or self.temperature
+        return (0.0, 0.0, 0.0) if is_loaded or is_moved else WEIGHT
 
     @property
     def problem(self) -> Statics:
         """The problem, for input files of other solvers."""
-        loads = tuple(Applied(place, **item) for place, item in map(split, self.loads))
-        fixed = prescribed(self.fixed)
-        return Statics(self.units, fixed, material(self.material), loads, self._acceleration)
+        return Statics(
+            self.units,
+            prescribed(self.fixed),
+            material(self.material),
+            tuple(Load(place, **item) for place, item in map(split, self.loads)),
+            self._acceleration,
+            self.rotation,
+            self.temperature,
+        )
 
     def __call__(self, spline: Spline) -> Deformation:
         """The deformed solid; logs the resultant of the loads."""
-        from polycube.analysis.boundary_sets import faces_of
-        from polycube.analysis.static import Load, deform
+        from polycube.analysis.static import deform
 
         problem = self.problem
         found = deform(
             spline,
             problem.material,
             supports(spline, problem.supports),
-            [
-                Load(faces_of(spline, each.place), each.pressure, each.traction, each.force)
-                for each in problem.loads
-            ],
+            problem.loads,
             problem.acceleration,
             problem.units,
             self.gauss,
             self.away,
+            problem.rotation,
+            problem.temperature,
         )
         logger.info("load %s N", " ".join(f"{force:.4g}" for force in found.load))
         return found

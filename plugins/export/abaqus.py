@@ -49,6 +49,7 @@ class Abaqus(WithProblem, TextFormat):
             )
 
     suffix: ClassVar[str] = ".inp"
+    lacks: ClassVar[tuple[str, ...]] = ()
 
     @property
     def _nodes(self) -> int:

@@ -35,8 +35,10 @@ class Febio(WithNodes, WithProblem, TextFormat):
     def __post_init__(self) -> None:
         if self.nodes not in (8, 20):
             raise ValueError(f"nodes must be 8 or 20; got {self.nodes!r}")
+        WithProblem.__post_init__(self)
 
     suffix: ClassVar[str] = ".feb"
+    lacks: ClassVar[tuple[str, ...]] = ("rotation", "temperature", "varying_loads")
 
     def parts(self, hexes: HexMesh) -> Iterator[str]:
         """The text of the file, in parts.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from polycube.errors import InputError
 from polycube.io.atomic import write_parts
 from polycube.registry import BY_RUN
 from polycube.types import HexMesh, Spline
@@ -70,6 +71,16 @@ class WithProblem:
 
     step: bool = True
     problem: Problem | None = field(default=None, metadata=BY_RUN)
+
+    # what the files cannot hold: properties of a problem with other values than by default
+    lacks: ClassVar[tuple[str, ...]] = ("rotation", "temperature")
+
+    def __post_init__(self) -> None:
+        lacking = [name for name in self.lacks if self.step and getattr(self.problem, name, None)]
+        if lacking:
+            what = f"{type(self).__name__} files cannot hold the {lacking[0]} of the analysis"
+            remedy = "use export=[abaqus], or step=false for the mesh alone"
+            raise InputError(what, "export", remedy)
 
     @property
     def places(self) -> list[object]:

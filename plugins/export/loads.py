@@ -4,20 +4,21 @@ A stress is in N/L^2, a mass in N s^2/L (tonnes if L is mm) and a power in N L/s
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import NamedTuple
 
 import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
-from polycube.analysis.problem import NOTHING, Conduction, Problem, Statics, Vibration
+from polycube.analysis.loads import NOTHING, Load, at_points
+from polycube.analysis.problem import Conduction, Problem, Statics, Vibration
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
 from polycube.types import HexMesh
 from polycube.units import METRES
 
-from .nodal_forces import shares
+from .nodal_forces import at_gauss_points, shares
 
 MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
 STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
@@ -39,8 +40,9 @@ class Push(NamedTuple):
     place: str | None  # the set of the mesh, if it has a name
     label: str
     quads: np.ndarray
-    pressure: float
+    pressure: float  # 0 if it varies
     traction: np.ndarray  # (3,), with a force divided by the area
+    load: Load
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +107,8 @@ class Loads:
             quads = self._quads(load.place)
             area = shares(self.elements.points[self.elements.quads[quads]]).sum()
             traction = np.array(load.traction) * self._metre**2 + np.array(load.force) / area
-            pressure = load.pressure * self._metre**2
-            found.append(Push(place, f"load_{k}", quads, pressure, traction))
+            pressure = load.pressure * self._metre**2 if load.is_uniform else 0.0
+            found.append(Push(place, f"load_{k}", quads, pressure, traction, load))
         return found
 
     @cached_property
@@ -115,8 +117,12 @@ class Loads:
         at_nodes = np.zeros_like(self.elements.points)
         for push in self.pushes:
             faces = self.elements.quads[push.quads]
-            own = shares(self.elements.points[faces])[..., None] * push.traction
-            np.add.at(at_nodes, faces, own)
+            here = at_gauss_points(self.elements.points[faces])
+            load = replace(push.load, pressure=0.0) if push.load.is_uniform else push.load
+            flat = here.points.reshape(-1, 3), here.normals.reshape(-1, 3), here.areas.ravel()
+            traction = load.traction_at(*flat, self._metre).reshape(here.points.shape)
+            force = here.areas[..., None] * traction * self._metre**2
+            np.add.at(at_nodes, faces, np.einsum("gn,qgi->qni", here.values, force))
         return at_nodes
 
     @property
@@ -135,12 +141,19 @@ class Loads:
         """Length of the acceleration."""
         return float(np.linalg.norm(self.gravity))
 
+    @cached_property
+    def temperature(self) -> np.ndarray:
+        """(N,) temperature of the nodes; empty if there is none."""
+        given = self.problem.temperature if isinstance(self.problem, Statics) else 0.0
+        return at_points(given, self.elements.points) if given else np.zeros(0)
+
     @property
     def has_step(self) -> bool:
         """Whether there is something to compute."""
         acting = self.forces.any() or self.gravity.any() or any(p.pressure for p in self.pushes)
         moves = any(support.value for support in self.supports)
-        return bool(acting or moves) or not isinstance(self.problem, Statics)
+        turns = getattr(self.problem, "rotation", None) is not None or len(self.temperature)
+        return bool(acting or moves or turns) or not isinstance(self.problem, Statics)
 
     @property
     def fluxes(self) -> list[tuple[np.ndarray, float]]:

@@ -1,6 +1,7 @@
 """Nodal forces of forces on element faces: integrals of the nodal functions."""
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,18 +15,35 @@ DERIVATIVES = ((0, 0), (1, 0), (0, 1))
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
+class AtGaussPoints(NamedTuple):
+    """Values at G Gauss points of Q faces."""
+
+    values: np.ndarray  # (G, n) of the nodal functions
+    points: np.ndarray  # (Q, G, 3)
+    normals: np.ndarray  # (Q, G, 3) of length 1
+    areas: np.ndarray  # (Q, G)
+
+
 def shares(faces: np.ndarray) -> np.ndarray:
     """Integrals (Q, n) of the nodal functions over faces (Q, n, 3) of 4, 8 or 9 nodes.
 
     The sum over a face is its area.
     """
+    here = at_gauss_points(faces)
+    return here.areas @ here.values
+
+
+def at_gauss_points(faces: np.ndarray) -> AtGaussPoints:
+    """The Gauss points of faces (Q, n, 3) of 4, 8 or 9 nodes."""
     n = faces.shape[1]
     grid = np.array(list(product(POINTS, repeat=2)))
     weights = np.prod(list(product(WEIGHTS, repeat=2)), axis=1)
     through = np.linalg.inv(_monomials(PLACES[:n], POWERS[n], 0, 0))
     values, along, across = (_monomials(grid, POWERS[n], *d) @ through for d in DERIVATIVES)
-    areas = np.linalg.norm(np.cross(along @ faces, across @ faces), axis=2) * weights
-    return areas @ values
+    normals = np.cross(along @ faces, across @ faces)
+    lengths = np.linalg.norm(normals, axis=2)
+    units = normals / np.maximum(lengths, np.finfo(float).tiny)[..., None]
+    return AtGaussPoints(values, values @ faces, units, lengths * weights)
 
 
 def _monomials(at: np.ndarray, powers: list[tuple[int, int]], dx: int, dy: int) -> np.ndarray:

@@ -29,10 +29,13 @@ def faces_of(spline: Spline, where: object) -> np.ndarray:
     """(F,) indices in `spline.sides` of the faces at a place.
 
     where : patch number, name of a set, {"box": [x, y, z, x, y, z]} for the faces with all corners
-        in the box, or {"plane": [a, b, c, d]} for those with all corners on a x + b y + c z = d
+        in the box, or {"plane": [a, b, c, d]} for those with all corners on a x + b y + c z = d;
+        or the indices themselves
 
     Raises InputError with the names of the existing sets.
     """
+    if isinstance(where, np.ndarray):
+        return where
     if isinstance(where, Mapping):
         return _within((spline.extraction @ spline.control)[corner_nodes(spline)], where)
     return _named(spline.sets or sets_of_sides(spline), where)

@@ -86,6 +86,17 @@ class Elasticity:
         moments = np.einsum("qm,eqi->emi", values, self.volume[..., None] * moved, optimize=True)
         return self.add @ moments.reshape(-1, 3)
 
+    def expansion(self, pressure: np.ndarray) -> np.ndarray:
+        """(B, 3) integrals of a field p times grad N, of its coefficients p (B,)."""
+        values, gradients = volume_basis(gauss(self.n_gauss)[0])
+        found = np.empty((*self.nodes.shape, 3))
+        for start in range(0, len(self.nodes), CHUNK):
+            own = slice(start, start + CHUNK)
+            inverse = np.linalg.inv(_jacobians(self.points[self.nodes[own]], gradients))
+            weight = self.volume[own] * (pressure[self.nodes[own]] @ values.T)
+            found[own] = np.einsum("aqm,eqai,eq->emi", gradients, inverse, weight, optimize=True)
+        return self.add @ found.reshape(-1, 3)
+
     def diagonal(self) -> np.ndarray:
         """(B, 3) energies of the functions that are 1 at one even point of the elements."""
         shear, lame = self._moduli

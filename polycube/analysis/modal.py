@@ -21,7 +21,7 @@ from polycube.analysis.continuous import Elasticity, Enrichment
 from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import elastic_preconditioner, single_precision
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import gradient_field
+from polycube.analysis.recovery import field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
 from polycube.numerics.products import Symmetric
@@ -103,7 +103,7 @@ def _errors(
     (shapes have a mass of 1); a few steps of conjugate gradients find most of it. The change by the
     distance of the boundary from the part is added.
     """
-    work, poor = Material(1.0, poisson, 1.0).work, poor_elements(spline)
+    solid, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
     elasticity = Elasticity.of(spline, poisson, n_gauss)
     enrichment = Enrichment.of(spline, elasticity, supports)
     found = []
@@ -111,7 +111,8 @@ def _errors(
         moved = spline.extraction @ shape
         rest = value * elasticity.inertia(moved) - elasticity.forces(moved)
         more, _, _ = enrichment.solve(rest, most=STEPS)
-        density = gradient_field(spline, moved, work, poor)[:, 0] - value * (moved**2).sum(axis=1)
+        stress = gradient_field(spline, moved, solid.stress, poor)
+        density = field_of(spline, stress, solid.work) - value * (moved**2).sum(axis=1)
         off = SAFETY * float((rest * more).sum()) + distance_error(spline, density)
         found.append(off / value / 2)
     return tuple(found)

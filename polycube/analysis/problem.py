@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polycube.analysis.loads import Load
+from polycube.types.checks import is_number
+
 Vector = tuple[float, float, float]
-NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -19,6 +21,7 @@ class Material:
     young: float  # Pa
     poisson: float
     density: float  # kg/m^3
+    expansion: float = 0.0  # linear thermal expansion, 1/K
 
     def __post_init__(self) -> None:
         if not (self.young > 0 and self.density > 0 and -1 < self.poisson < 0.5):
@@ -44,31 +47,35 @@ class Material:
         stress = 2 * self.shear * strain + self.lame * dilation * np.eye(3)
         return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
 
-    def work(self, slope: np.ndarray) -> np.ndarray:
-        """(P, 1) products of stress and strain of displacement gradients (P, 3, 3)."""
-        strain = (slope + slope.swapaxes(1, 2)) / 2
-        square = (strain**2).sum(axis=(1, 2))
-        found = 2 * self.shear * square + self.lame * np.trace(strain, axis1=1, axis2=2) ** 2
-        return found[:, None]
+    def work(self, stress: np.ndarray) -> np.ndarray:
+        """(...) products of stress and elastic strain, of stresses (..., 6) xx yy zz yz zx xy."""
+        squares = (stress[..., :3] ** 2).sum(axis=-1) + 2 * (stress[..., 3:] ** 2).sum(axis=-1)
+        trace = stress[..., :3].sum(axis=-1)
+        return ((1 + self.poisson) * squares - self.poisson * trace**2) / self.young
+
+    @property
+    def thermal(self) -> float:
+        """Pressure per kelvin of a solid that cannot expand, Pa/K."""
+        return (3 * self.lame + 2 * self.shear) * self.expansion
 
 
 MATERIALS = {
-    "steel": Material(210e9, 0.30, 7850),
-    "aluminium": Material(70e9, 0.33, 2700),
-    "titanium": Material(114e9, 0.34, 4430),
-    "brass": Material(105e9, 0.34, 8500),
-    "abs": Material(2.3e9, 0.35, 1050),
+    "steel": Material(210e9, 0.30, 7850, 12e-6),
+    "aluminium": Material(70e9, 0.33, 2700, 23e-6),
+    "titanium": Material(114e9, 0.34, 4430, 8.6e-6),
+    "brass": Material(105e9, 0.34, 8500, 19e-6),
+    "abs": Material(2.3e9, 0.35, 1050, 90e-6),
 }
 
 
 def material(value: str | Mapping[str, float]) -> Material:
-    """A material by its name or its values {young, poisson, density}; raises ValueError."""
+    """A material by its name or its values; raises ValueError."""
     if value in list(MATERIALS):
         return MATERIALS[value]
-    if isinstance(value, str) or set(value) != {"young", "poisson", "density"}:
+    if isinstance(value, str) or set(value) - {"expansion"} != {"young", "poisson", "density"}:
         raise ValueError(
             f"material must be one of {', '.join(MATERIALS)} or "
-            f"{{young, poisson, density}}; got {value!r}"
+            f"{{young, poisson, density}}, with expansion if needed; got {value!r}"
         )
     return Material(**value)
 
@@ -83,13 +90,28 @@ class Prescribed:
 
 
 @dataclass(frozen=True)
-class Applied:
-    """Forces on the faces of a place; the contributions are added."""
+class Rotation:
+    """Rotation of the whole part with a constant speed; it is at rest in the rotating frame."""
 
-    place: object
-    pressure: float = 0.0  # Pa, positive towards the solid
-    traction: Vector = NOTHING  # Pa
-    force: Vector = NOTHING  # N, total force, distributed evenly by area
+    axis: Vector
+    rpm: float  # revolutions per minute
+    point: Vector = (0.0, 0.0, 0.0)  # on the axis, in the unit of the part
+
+    def __post_init__(self) -> None:
+        numbers = (*self.axis, *self.point, self.rpm)
+        if len(numbers) != 7 or not all(map(is_number, numbers)) or not any(self.axis):
+            raise ValueError("rotation has an axis [x, y, z] that is not zero, rpm, and a point")
+
+    @property
+    def speed(self) -> float:
+        """Angular speed in rad/s."""
+        return self.rpm * np.pi / 30
+
+    def acceleration(self, points: np.ndarray) -> np.ndarray:
+        """(P, 3) centrifugal acceleration at points (P, 3), in their length unit per s^2."""
+        axis = np.divide(self.axis, np.linalg.norm(self.axis))
+        arm = points - self.point
+        return self.speed**2 * (arm - (arm @ axis)[:, None] * axis)
 
 
 @dataclass(frozen=True)
@@ -118,13 +140,20 @@ class Statics(Problem):
     """Statics of an elastic solid."""
 
     material: Material
-    loads: tuple[Applied, ...]
+    loads: tuple[Load, ...]
     acceleration: Vector  # of gravity, m/s^2
+    rotation: Rotation | None = None
+    temperature: float | str = 0.0  # K above that without stress, see `loads.at_points`
 
     @property
     def places(self) -> list[object]:
         """The places on the boundary that are needed."""
         return [*super().places, *(each.place for each in self.loads)]
+
+    @property
+    def varying_loads(self) -> list[Load]:
+        """Loads whose pressure or traction is not the same on all of their faces."""
+        return [load for load in self.loads if not load.is_uniform]
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,12 @@
 """Descriptions of the material, supports and loads of an analysis, with the size of each place."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
-from polycube.analysis.problem import (
-    MATERIALS,
-    Applied,
-    Conduction,
-    Prescribed,
-    Problem,
-    Statics,
-    Vibration,
-)
+from polycube.analysis.loads import Load
+from polycube.analysis.problem import MATERIALS, Conduction, Prescribed, Problem, Statics, Vibration
 from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
 from polycube.kinds import StatesProblem
@@ -105,6 +98,11 @@ def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
         if any(problem.acceleration):
             size = number(float(np.linalg.norm(problem.acceleration)))
             yield None, f"Gravity of {size} m/s², {_vector(problem.acceleration)}"
+        if problem.rotation:
+            axis, at = _vector(problem.rotation.axis), _numbers(problem.rotation.point)
+            yield None, f"Rotation of {number(problem.rotation.rpm)} rpm about {at}, {axis}"
+        if problem.temperature:
+            yield None, f"Temperature {_given(problem.temperature)} K above that without stress"
     if isinstance(problem, Conduction):
         for flow in problem.flows:
             into = describe_place(flow.place)[0]
@@ -113,17 +111,25 @@ def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
             yield None, f"Heat source of {number(problem.source)} W/m³ in the whole part"
 
 
-def _applied(load: Applied) -> Iterator[str]:
+def _applied(load: Load) -> Iterator[str]:
     """A sentence for each force on a place."""
     on = describe_place(load.place)[0]
-    if load.pressure:
+    if isinstance(load.pressure, str):
+        yield f"Pressure of {load.pressure} Pa on {on}"
+    elif load.pressure:
         yield f"{'Pressure' if load.pressure > 0 else 'Suction'} of {stress(load.pressure)} on {on}"
     if any(load.traction):
         size = stress(float(np.linalg.norm(load.traction)))
         yield f"Traction of {size} on {on}, {_vector(load.traction)}"
-    if any(load.force):
-        size = number(float(np.linalg.norm(load.force)))
-        yield f"Force of {size} N on {on}, {_vector(load.force)}, distributed evenly"
+    point = "" if load.point is None else f", acting at {_numbers(load.point)}"
+    for what, unit, vector, how in (
+        ("Force", "N", load.force, point or ", distributed evenly"),
+        ("Moment", "N m", load.moment, ""),
+        ("Bearing load", "N", load.bearing, ", on the side that resists"),
+    ):
+        if any(vector):
+            size = number(float(np.linalg.norm(vector)))
+            yield f"{what} of {size} {unit} on {on}, {_vector(vector)}{how}"
 
 
 def stress(value: float) -> str:
@@ -135,7 +141,15 @@ def stress(value: float) -> str:
     return f"{number(size / factor)} {unit}"
 
 
-def _vector(value: tuple[float, ...]) -> str:
+def _numbers(values: Sequence[float]) -> str:
+    return f"({', '.join(map(number, values))})"
+
+
+def _given(value: float | str) -> str:
+    return value if isinstance(value, str) else number(value)
+
+
+def _vector(value: Sequence[float]) -> str:
     """The direction of a vector: the name of an axis if it is along one, else a unit vector."""
     way = np.array(value) / np.linalg.norm(value)
     axis = int(np.abs(way).argmax())

@@ -1,15 +1,17 @@
 """Picture of supports and loads: cones at held faces, arrows at loaded ones."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from polycube.analysis.boundary_sets import quads_of
-from polycube.analysis.problem import NOTHING, Conduction, Prescribed, Problem, Statics
+from polycube.analysis.problem import Conduction, Prescribed, Problem, Statics
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import Faces, measure
 from polycube.report.pictures.colours import HELD, LOADED, SURFACE, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
+from polycube.surface.measures import unit
 from polycube.types import HexMesh
 
 CONE, ARROW = 0.035, 0.11  # lengths of the symbols, as shares of the diagonal
@@ -19,6 +21,7 @@ HEAD = 0.35  # share of the head in the length of an arrow
 SIDES = 12  # of a cone
 MOST = 10  # symbols at a place
 SPACING = 0.045  # least distance of the symbols at a place, as a share of the diagonal
+WEAK = 0.05  # share of the largest traction of a load below which there is no arrow
 SHARP = np.cos(np.radians(30))  # between the normals of quads at a drawn line
 
 
@@ -33,38 +36,39 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
         is_held[own] = 1
         if not isinstance(problem, Conduction):
             cones += _held(support, faces, spread(faces, own, SPACING * size), size)
-    for place, vector, pressure in _forces(problem):
-        if place is None:
-            arrows.append(_outside(mesh, np.array(vector), size))
-            continue
+    for place, vectors_at in _forces(problem):
         own = quads_of(mesh, place)
         is_loaded[own] = 1
-        for quad in spread(faces, own, SPACING * size):
-            at, normal = faces.middle[quad], faces.normal[quad]
-            arrows.append(_pushed(at, normal, vector - pressure * normal, ARROW * size))
+        normals = unit(faces.normal[own])
+        vectors = np.zeros_like(normals) + vectors_at(faces.middle[own], normals, faces.area[own])
+        acts = np.linalg.norm(vectors, axis=1) > WEAK * np.linalg.norm(vectors, axis=1).max()
+        where = np.full(len(mesh.quads), -1)
+        where[own] = np.arange(len(own))
+        for quad in spread(faces, own[acts], SPACING * size):
+            at, k = faces.middle[quad], where[quad]
+            arrows.append(_pushed(at, normals[k], vectors[k], ARROW * size))
+    if isinstance(problem, Statics) and any(problem.acceleration):
+        arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
     part = Layer(mesh.vertices, mesh.quads, colours, _creases(mesh, faces), ambient=0.5)
     symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
     return from_both_sides([part, *symbols])
 
 
-def _forces(problem: Problem) -> list[tuple[object, Sequence[float], float]]:
-    """Place, vector and pressure on the faces of each load; None: on the whole part."""
-    found: list[tuple[object, Sequence[float], float]] = []
+def _forces(problem: Problem) -> list[tuple[object, Callable[..., np.ndarray]]]:
+    """Place of each load, and its direction from points, normals and areas of faces."""
+    found: list[tuple[object, Callable[..., np.ndarray]]] = []
     if isinstance(problem, Statics):
-        for load in problem.loads:
-            found += [(load.place, each, 0.0) for each in (load.traction, load.force) if any(each)]
-            if load.pressure:
-                found.append((load.place, NOTHING, load.pressure))
-        if any(problem.acceleration):
-            found.append((None, problem.acceleration, 0.0))
+        found += [(load.place, partial(load.traction_at, metre=1.0)) for load in problem.loads]
         for support in problem.supports:
             if any(support.values):
                 vector = np.zeros(3)
                 vector[list(support.components)] = support.values
-                found.append((support.place, vector.tolist(), 0.0))
+                found.append((support.place, lambda *_, way=vector: way))
     if isinstance(problem, Conduction):
-        found += [(flow.place, NOTHING, flow.flux) for flow in problem.flows if flow.flux]
+        for flow in problem.flows:
+            if flow.flux:
+                found.append((flow.place, lambda _, n, __, flux=flow.flux: -flux * n))
     return found
 
 

@@ -72,6 +72,54 @@ def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
     np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-8)
 
 
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
+def test_a_hot_bar_expands(element, tmp_path) -> None:
+    """u = alpha T x, with a temperature that is linear in x: alpha c x^2 / 2."""
+    analysis = {
+        "plugin": "static",
+        "material": {**METAL, "expansion": 2e-5},
+        "fixed": [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"],
+        "temperature": "100 + 0 * x",
+    }
+    rows = solved(BEAM, tmp_path, analysis, element)
+    own = hex_elements(BEAM, None, 20 if "20" in element else 8)
+    np.testing.assert_allclose(rows[:, 1:], 2e-3 * own.points, atol=1e-8)
+
+
+def test_a_rotating_bar_is_stretched(tmp_path) -> None:
+    """u = rho omega^2 (L^2 x / 2 - x^3 / 6) / E without Poisson's ratio."""
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": ["x_min"],
+        "rotation": {"axis": [0, 0, 2], "rpm": 30000, "point": [0, SIDE / 2, SIDE / 2]},
+    }
+    rows = solved(BEAM, tmp_path, analysis, "C3D20")
+    own = hex_elements(BEAM, None, 20)
+    tip = np.argmax(own.points @ [1, -0.01, -0.01])
+    length = LENGTH * 1e-3
+    exact = 2700 * (1000 * np.pi) ** 2 * length**3 / 3 / YOUNG * 1e3  # in mm
+    assert rows[tip, 1] == pytest.approx(exact, rel=1e-2)
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
+def test_a_moment_and_a_remote_force_bend_a_bar(element, tmp_path) -> None:
+    """A force along x with a lever of 3 mm about z, and its opposite moment, leave tension."""
+    force, lever = 50.0, 3.0
+    load = {"at": "x_max", "force": [force, 0, 0], "point": [LENGTH, SIDE / 2 + lever, SIDE / 2]}
+    analysis = {"plugin": "static", "material": METAL, "fixed": ["x_min"], "loads": [load]}
+    rows = solved(BEAM, tmp_path, analysis, element)
+    own = hex_elements(BEAM, None, 20 if "20" in element else 8).points
+    end = np.isclose(own[:, 0], LENGTH)
+    bend = -force * lever / (YOUNG * 1e-6 * SIDE**4 / 12) * LENGTH**2 / 2
+    assert rows[end, 2].mean() == pytest.approx(bend, rel=1e-2)
+    load["moment"] = [0, 0, force * lever * 1e-3]
+    rows = solved(BEAM, tmp_path, analysis, element)
+    stretch = force / (YOUNG * 1e-6 * SIDE**2)
+    np.testing.assert_allclose(rows[:, 1], stretch * own[:, 0], atol=1e-7)
+    np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("element", "within"), [("C3D8I", 2e-2), ("C3D20", 2e-3), ("C3D20R", 2e-3)]
 )

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polycube.registry import build, names
+from polycube.errors import InputError
+from polycube.registry import build, names, provide
 from tests.fixtures.exports import ENDS, export, read
 
 PLUGINS = [(name, {}) for name in names("export")] + [("gmsh", {"version": "2.2"})]
@@ -34,3 +35,22 @@ def test_a_mesh_without_names_gets_those_from_its_geometry(mesh, tmp_path):
     assert set(found.cell_sets) == {"all", "cell_0", "cell_1"}
     for name in set(names("export")) - {"abaqus"}:
         assert export(plain, tmp_path, name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("plugin", ["nastran", "lsdyna", "febio"])
+@pytest.mark.parametrize(
+    ("option", "word"),
+    [
+        ({"rotation": {"axis": [0, 0, 1], "rpm": 10}}, "rotation"),
+        ({"temperature": 20}, "temperature"),
+        ({"loads": [{"at": "x_max", "moment": [0, 0, 1]}]}, "varying_loads"),
+    ],
+)
+def test_a_format_refuses_a_problem_that_it_cannot_hold(plugin, option, word) -> None:
+    problem = build("analysis", {"plugin": "static", **option}).problem
+    if word == "varying_loads" and plugin != "febio":
+        assert provide(build("export", {"plugin": plugin}), problem=problem).problem is problem
+        return
+    with pytest.raises(InputError, match=f"files cannot hold the {word} of the analysis"):
+        provide(build("export", {"plugin": plugin}), problem=problem)
+    provide(build("export", {"plugin": plugin, "step": False}), problem=problem)

@@ -1,0 +1,110 @@
+"""Loads on boundary faces as tractions at points, for splines and for elements of a deck.
+
+A force and a moment are distributed by a traction that is linear in the place, so that the faces
+can deform: t = F / A + (I^-1 M) x r, where r is the vector from the centroid, I the integral of
+(r.r) 1 - r r^T, and M the moment about the centroid (a distributing coupling of other programs).
+A bearing load is a pressure in proportion to the cosine of the angle between face and load, where
+the load pushes against the face.
+"""
+
+import ast
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from polycube.errors import InputError
+from polycube.types.checks import is_number
+
+Vector = Sequence[float]
+NOTHING = (0.0, 0.0, 0.0)
+FUNCTIONS = "sqrt sin cos tan exp log abs hypot arctan2 minimum maximum where".split()
+KNOWN = {"pi": np.pi, **{name: getattr(np, name) for name in FUNCTIONS}}
+TERMS = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Name, ast.Constant)
+TERMS += (ast.operator, ast.unaryop, ast.cmpop, ast.Load)  # type: ignore[assignment]
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """Forces on the faces of a place; the contributions are added.
+
+    Parameters
+    ----------
+    place : in a form that `polycube.analysis.boundary_sets.faces_of` accepts
+    pressure : Pa, positive towards the solid; a number or an expression, see `at_points`
+    traction : Pa; or a function of points and normals (P, 3)
+    force, moment : resultants in N and N m, distributed over the faces
+    point : where force and moment act, in the unit of the part; by default the centroid
+    bearing : resultant in N of a pressure on the part of the faces that the load pushes against
+    """
+
+    place: object
+    pressure: float | str = 0.0
+    traction: Any = NOTHING
+    force: Vector = NOTHING
+    moment: Vector = NOTHING
+    point: Vector | None = None
+    bearing: Vector = NOTHING
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether pressure and traction are the same on all faces."""
+        varies = self.point is not None, isinstance(self.pressure, str)
+        return not any((*varies, *self.moment, *self.bearing))
+
+    def traction_at(
+        self, points: np.ndarray, normals: np.ndarray, area: np.ndarray, metre: float
+    ) -> np.ndarray:
+        """(P, 3) traction in Pa at points (P, 3) that represent the areas (P,).
+
+        normals : (P, 3) outward, of length 1
+        metre : length unit of the points and areas
+
+        Raises
+        ------
+        InputError
+            If a bearing load pulls at all of the faces.
+        """
+        area = metre**2 * area
+        centre = area @ points / area.sum()
+        own = self.traction(points, normals) if callable(self.traction) else self.traction
+        found = own + np.divide(self.force, area.sum())
+        found = found - at_points(self.pressure, points)[:, None] * normals
+        lever = np.zeros(3) if self.point is None else metre * (self.point - centre)
+        moment = self.moment + np.cross(lever, self.force)
+        if moment.any():
+            arm = metre * (points - centre)
+            inertia = area @ (arm**2).sum(axis=1) * np.eye(3) - (arm.T * area) @ arm
+            found = found + np.cross(np.linalg.solve(inertia, moment), arm)
+        if any(self.bearing):
+            size = np.linalg.norm(self.bearing)
+            against = np.maximum(-normals @ self.bearing / size, 0)
+            if not against.any():
+                raise InputError(f"the bearing load {list(self.bearing)} pulls at all of its faces")
+            found = found - (size * against / (area @ against**2))[:, None] * normals
+        return found
+
+
+def at_points(given: float | str, points: np.ndarray) -> np.ndarray:
+    """(P,) values of a number, or of an expression such as "1e3 * (5 - z)" at points (P, 3)."""
+    if isinstance(given, str):
+        names = {**KNOWN, **dict(zip("xyz", points.T, strict=True)), "__builtins__": {}}
+        given = eval(compile(given, "expression", "eval"), names)
+    return np.broadcast_to(np.asarray(given, np.float64), len(points))
+
+
+def check_expression(name: str, given: object) -> None:
+    """Raise ValueError unless `given` is a number or an expression of x, y, z and `KNOWN`."""
+    if is_number(given):
+        return
+    try:
+        nodes = list(ast.walk(ast.parse(str(given), mode="eval")))
+    except SyntaxError:
+        nodes = [ast.Pass()]
+    names = {node.id for node in nodes if isinstance(node, ast.Name)}
+    if not all(isinstance(n, TERMS) for n in nodes) or not names <= {*KNOWN, *"xyz"}:
+        raise ValueError(
+            f"{name} must be a number or an expression of x, y, z, pi, {', '.join(FUNCTIONS)}; "
+            f"got {given!r}"
+        )
