@@ -5,14 +5,16 @@
 Each benchmark is one command of `infer.py`, which is printed. OUTPUT/NAME.step is the part,
 OUTPUT/NAME the folder of the run, OUTPUT/table.md the table of all that were computed.
 
-Targets: NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3, 1990 (LE10, FV22, FV41, FV52);
+Targets: NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3, 1990 (LE10, LE11, FV22, FV41, FV52);
 MacNeal and Harder 1985 (the roof of Scordelis and Lo); Timoshenko and Goodier, Theory of
-Elasticity (thick sphere under internal pressure).
+Elasticity (thick sphere under internal pressure); Kirsch 1898 (plate with a hole, in plane strain,
+with the exact tractions at its outer sides).
 """
 
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 import time
 from collections.abc import Callable
@@ -128,6 +130,38 @@ def shell() -> None:
     occ.cut([(3, outer)], [(3, inner)])
 
 
+def taper() -> None:
+    """A quarter of LE11: a sphere, a taper and a cylinder, turned about z."""
+    s = np.sqrt(0.5)
+    corners = [(1, 0), (1.4, 0), (1.4 * np.cos(np.pi / 6), 0.7), (1, 1.39), (1, 1.79)]
+    corners += [(s, 1.79), (s, s)]
+    a, b, d, g, i, h, e = (occ.add_point(r, 0, z) for r, z in corners)
+    centre = occ.add_point(0, 0, 0)
+    lines = [occ.add_line(*ends) for ends in ((a, b), (d, g), (g, i), (i, h), (h, e))]
+    arcs = occ.add_circle_arc(b, centre, d), occ.add_circle_arc(e, centre, a)
+    loop = occ.add_curve_loop([lines[0], arcs[0], *lines[1:], arcs[1]])
+    occ.revolve([(2, occ.add_plane_surface([loop]))], 0, 0, 0, 0, 0, 1, np.pi / 2)
+
+
+def holed() -> None:
+    """A quarter of a square plate with a hole of radius 1, up to x = y = 4."""
+    hole = occ.add_cylinder(0, 0, 0, 0, 0, 1, 1)
+    occ.cut([(3, occ.add_box(0, 0, 0, 4, 4, 1))], [(3, hole)])
+
+
+def kirsch() -> tuple[str, str, str]:
+    """Stresses xx, yy, xy in Pa of an infinite plate under 1 MPa along x, in mm (Kirsch 1898)."""
+    r2 = f"((x**2 + y**2) / {MM:g}**2)"
+    c2, s2 = "((x**2 - y**2) / (x**2 + y**2))", "(2 * x * y / (x**2 + y**2))"
+    c4, s4 = f"(2 * {c2}**2 - 1)", f"(2 * {s2} * {c2})"
+    return (
+        f"1e6 * (1 - (1.5 * {c2} + {c4}) / {r2} + 1.5 * {c4} / {r2}**2)",
+        f"1e6 * (-(0.5 * {c2} - {c4}) / {r2} - 1.5 * {c4} / {r2}**2)",
+        f"1e6 * (-(0.5 * {s2} + {s4}) / {r2} + 1.5 * {s4} / {r2}**2)",
+    )
+
+
+XX, YY, XY = kirsch()
 SIDES = [f"{axis}_{end}" for axis in "xy" for end in ("min", "max")]
 SYMMETRIC = "{at: x_min, components: [x]}, {at: y_min, components: [y]}"
 RIM = 25.125 * np.sin(np.radians(40)), 25.125 * np.cos(np.radians(40))  # free edge of the roof
@@ -144,6 +178,32 @@ BENCHMARKS = {
         ),
         lambda r: [("stress yy at D, MPa", at(r, (2, 0, 0.6), "stress")[1] / 1e6, -5.38)],
         {"LOW": (2.298, 1.945, 0.15), "HIGH": (2.298, 1.945, 0.45)},
+    ),
+    "LE11": Benchmark(
+        taper,
+        (
+            "analysis=static",
+            "analysis.material={young: 210e9, poisson: 0.3, density: 7850, expansion: 2.3e-4}",
+            f"analysis.fixed=[{SYMMETRIC}, {{at: z_min, components: [z]}}, "
+            "{at: z_max, components: [z]}]",
+            f"analysis.temperature='(sqrt(x**2 + y**2) + z) / {MM:g}'",
+        ),
+        lambda r: [("stress zz at A, MPa", at(r, (1, 0, 0), "stress")[2] / 1e6, -105.0)],
+    ),
+    "hole": Benchmark(
+        holed,
+        (
+            "analysis=static",
+            f"analysis.material={METAL}",
+            f"analysis.fixed=[{SYMMETRIC}, {{at: z_min, components: [z]}}, "
+            "{at: z_max, components: [z]}]",
+            f"analysis.loads=[{{at: x_max, traction: ['{XX}', '{XY}', 0]}}, "
+            f"{{at: y_max, traction: ['{XY}', '{YY}', 0]}}]",
+        ),
+        lambda r: [
+            ("stress xx at (0, 1), MPa", at(r, (0, 1, 0), "stress")[0] / 1e6, 3.0),
+            ("stress yy at (1, 0), MPa", at(r, (1, 0, 0), "stress")[1] / 1e6, -1.0),
+        ],
     ),
     "FV22": Benchmark(
         lambda: extruded([(0, 0), (10, 0), (10 + SKEW, SKEW), (SKEW, SKEW)], 1.0),
@@ -244,8 +304,7 @@ def main() -> None:
     for name in sys.argv[2:] or BENCHMARKS:
         path, own = drawn(name, folder), BENCHMARKS[name]
         overrides = named(own.overrides, path, own.faces or {})
-        quoted = " ".join(f"'{each}'" for each in overrides)
-        sys.stdout.write(f"python infer.py mesh={path} {quoted}\n")
+        sys.stdout.write(f"python infer.py mesh={path} {shlex.join(overrides)}\n")
         start = time.process_time()
         found = polycube.mesh(path, *overrides, output_dir=folder / name)
         row = {

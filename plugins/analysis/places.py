@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+from polycube.analysis.loads import check_expression
 from polycube.analysis.supports import AXES, is_number, split
 from polycube.kinds import StatesProblem
 from polycube.types import Json
@@ -53,8 +54,10 @@ def check_supports(name: str, items: object, keys: set[str]) -> None:
             check_vector(f"{name}: value", value, len(components))
 
 
-def check_vector(name: str, value: object, length: int = 3) -> None:
-    """Raise ValueError unless the value is a list of `length` numbers."""
+def check_vector(name: str, value: object, length: int = 3, is_field: bool = False) -> None:
+    """Raise ValueError unless the value is a list of `length` numbers, or of fields."""
     numbers = value if isinstance(value, Sequence) and not isinstance(value, str) else ()
-    if len(numbers) != length or not all(map(is_number, numbers)):
+    for each in numbers if is_field else ():
+        check_expression(name, each)
+    if len(numbers) != length or not (is_field or all(map(is_number, numbers))):
         raise ValueError(f"{name} must be {length} numbers; got {value!r}")

@@ -64,7 +64,7 @@ class Static(OfProblem):
         for _, item in loads:
             check_expression("loads: pressure", item.get("pressure", 0.0))
             for name in {*VECTORS, "point"} & {*item}:
-                check_vector(f"loads: {name}", item[name])
+                check_vector(f"loads: {name}", item[name], is_field=name == "traction")
             if "point" in item and not {"force", "moment"} & {*item}:
                 raise ValueError(f"loads: point is where a force or a moment acts; got {item!r}")
         check_expression("temperature", self.temperature)

@@ -40,8 +40,8 @@ class Push(NamedTuple):
     place: str | None  # the set of the mesh, if it has a name
     label: str
     quads: np.ndarray
-    pressure: float  # 0 if it varies
-    traction: np.ndarray  # (3,), with a force divided by the area
+    pressure: float
+    traction: np.ndarray  # (3,), with a force divided by the area; both 0 if the load varies
     load: Load
 
 
@@ -106,8 +106,9 @@ class Loads:
             place = None if isinstance(load.place, Mapping) else set_name(load.place)
             quads = self._quads(load.place)
             area = shares(self.elements.points[self.elements.quads[quads]]).sum()
-            traction = np.array(load.traction) * self._metre**2 + np.array(load.force) / area
-            pressure = load.pressure * self._metre**2 if load.is_uniform else 0.0
+            even = load if load.is_uniform else Load(load.place)
+            traction = np.array(even.traction) * self._metre**2 + np.array(even.force) / area
+            pressure = float(even.pressure) * self._metre**2
             found.append(Push(place, f"load_{k}", quads, pressure, traction, load))
         return found
 

@@ -33,7 +33,7 @@ class Load:
     ----------
     place : in a form that `polycube.analysis.boundary_sets.faces_of` accepts
     pressure : Pa, positive towards the solid; a number or an expression, see `at_points`
-    traction : Pa; or a function of points and normals (P, 3)
+    traction : Pa, components like `pressure`; or a function of points and normals (P, 3)
     force, moment : resultants in N and N m, distributed over the faces
     point : where force and moment act, in the unit of the part; by default the centroid
     bearing : resultant in N of a pressure on the part of the faces that the load pushes against
@@ -50,7 +50,8 @@ class Load:
     @property
     def is_uniform(self) -> bool:
         """Whether pressure and traction are the same on all faces."""
-        varies = self.point is not None, isinstance(self.pressure, str)
+        fields = self.pressure, *self.traction
+        varies = self.point is not None, *(isinstance(each, str) for each in fields)
         return not any((*varies, *self.moment, *self.bearing))
 
     def traction_at(
@@ -68,7 +69,10 @@ class Load:
         """
         area = metre**2 * area
         centre = area @ points / area.sum()
-        own = self.traction(points, normals) if callable(self.traction) else self.traction
+        if callable(self.traction):
+            own = self.traction(points, normals)
+        else:
+            own = np.stack([at_points(each, points) for each in self.traction], axis=1)
         found = own + np.divide(self.force, area.sum())
         found = found - at_points(self.pressure, points)[:, None] * normals
         lever = np.zeros(3) if self.point is None else metre * (self.point - centre)

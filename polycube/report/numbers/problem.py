@@ -118,7 +118,9 @@ def _applied(load: Load) -> Iterator[str]:
         yield f"Pressure of {load.pressure} Pa on {on}"
     elif load.pressure:
         yield f"{'Pressure' if load.pressure > 0 else 'Suction'} of {stress(load.pressure)} on {on}"
-    if any(load.traction):
+    if any(isinstance(each, str) for each in load.traction):
+        yield f"Traction of ({', '.join(map(_given, load.traction))}) Pa on {on}"
+    elif any(load.traction):
         size = stress(float(np.linalg.norm(load.traction)))
         yield f"Traction of {size} on {on}, {_vector(load.traction)}"
     point = "" if load.point is None else f", acting at {_numbers(load.point)}"
