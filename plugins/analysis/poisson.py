@@ -63,15 +63,14 @@ class Poisson(OfProblem):
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs the heat flow through the places with prescribed u."""
-        from polycube.analysis.boundary_sets import faces_of
-        from polycube.analysis.poisson import Inflow, conduct
+        from polycube.analysis.poisson import conduct
 
         problem = self.problem
         found = conduct(
             spline,
             problem.conductivity,
             supports(spline, problem.supports),
-            [Inflow(faces_of(spline, each.place), each.flux) for each in problem.flows],
+            problem.flows,
             problem.source,
             problem.units,
             self.gauss,

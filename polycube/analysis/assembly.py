@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from polycube.analysis.problem import Material
 from polycube.errors import MeshingError
 from polycube.numerics.element_matrices import add_elements, colours, elastic, zero_matrices
 from polycube.numerics.products import Symmetric
@@ -48,10 +49,9 @@ def assemble_lower(
     MeshingError if det J <= 0 at a Gauss point.
     """
     stiffness, mass = _gradient_and_mass(elements, 3, density, n_gauss)
-    shear = young / (2 * (1 + poisson))
-    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    solid = Material(young, poisson, density)
     cuts = parts(len(stiffness.blocks), PAIRS)
-    side_by_side([partial(elastic, stiffness.blocks[cut], lame, shear) for cut in cuts])
+    side_by_side([partial(elastic, stiffness.blocks[cut], solid.lame, solid.shear) for cut in cuts])
     return stiffness, mass
 
 

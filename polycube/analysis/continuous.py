@@ -18,6 +18,7 @@ from scipy.sparse import csr_matrix
 
 from polycube.analysis.constraints import Support
 from polycube.analysis.element_forces import elastic_forces
+from polycube.analysis.problem import Material
 from polycube.analysis.recovery import TO_BEZIER
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
@@ -42,7 +43,7 @@ class Elasticity:
     nodes: np.ndarray  # (E, 64)
     volume: np.ndarray  # (E, q) volume of each Gauss point
     n_gauss: int
-    poisson: float
+    solid: Material
     add: csr_matrix  # (B, 64 E) sums at the nodes
 
     @classmethod
@@ -56,7 +57,7 @@ class Elasticity:
             nodes=spline.nodes,
             volume=np.linalg.det(matrix) * np.kron(np.kron(weights, weights), weights),
             n_gauss=n_gauss,
-            poisson=poisson,
+            solid=Material(1.0, poisson, 1.0),
             add=csr_matrix(
                 (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))),
                 (spline.extraction.shape[0], len(nodes)),
@@ -69,15 +70,10 @@ class Elasticity:
         values, _ = volume_basis(gauss(self.n_gauss)[0])
         return self.add @ (self.volume @ values).ravel()
 
-    @property
-    def _moduli(self) -> tuple[float, float]:
-        """Lame's parameters: shear modulus and lambda."""
-        shear = 1 / (2 * (1 + self.poisson))
-        return shear, 2 * shear * self.poisson / (1 - 2 * self.poisson)
-
     def forces(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) forces K u of coefficients u (B, 3)."""
-        return elastic_forces(self.points, self.nodes, displacement, self.n_gauss, *self._moduli)
+        moduli = self.solid.shear, self.solid.lame
+        return elastic_forces(self.points, self.nodes, displacement, self.n_gauss, *moduli)
 
     def inertia(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) products M u with the mass for a density of 1, of coefficients u (B, 3)."""
@@ -99,7 +95,7 @@ class Elasticity:
 
     def diagonal(self) -> np.ndarray:
         """(B, 3) energies of the functions that are 1 at one even point of the elements."""
-        shear, lame = self._moduli
+        shear, lame = self.solid.shear, self.solid.lame
         gradients = volume_basis(gauss(self.n_gauss)[0])[1]
         even = gradients @ TO_BEZIER
         found = np.empty((*self.nodes.shape, 3))

@@ -1,15 +1,15 @@
 """-div k grad u = f with u or the flux given on the boundary, such as heat conduction."""
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from polycube.analysis.assembly import Elements, assemble_scalar_lower
-from polycube.analysis.boundary_sets import trace
+from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
+from polycube.analysis.problem import Flow
 from polycube.analysis.recovery import gradient_field
 from polycube.errors import InputError
 from polycube.types import Potential, Spline
@@ -18,20 +18,11 @@ from polycube.units import METRES
 logger = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, eq=False)
-class Inflow:
-    """Flux into the solid through boundary faces."""
-
-    faces: np.ndarray  # (F,) indices of spline.sides
-    flux: float | Callable[[np.ndarray, np.ndarray], np.ndarray]
-    # W/m^2, or a function of points and normals (P, 3)
-
-
 def conduct(
     spline: Spline,
     conductivity: float,
     supports: Sequence[Support],
-    inflows: Sequence[Inflow] = (),
+    flows: Sequence[Flow] = (),
     source: float | np.ndarray = 0.0,
     length_unit: str = "mm",
     n_gauss: int = 4,
@@ -52,9 +43,9 @@ def conduct(
     stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     stiffness.blocks[:] *= conductivity * metre
     supplied = metre**3 * (mass @ np.broadcast_to(source, mass.shape[:1]))
-    for inflow in inflows:
-        here = trace(spline, inflow.faces)
-        flux = inflow.flux(here.points, here.normals) if callable(inflow.flux) else inflow.flux
+    for flow in flows:
+        here = trace(spline, faces_of(spline, flow.place))
+        flux = flow.flux(here.points, here.normals) if callable(flow.flux) else flow.flux
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
     basis, offset = constraints.basis, constraints.offset
     near = scalar_preconditioner(spline, constraints)

@@ -5,6 +5,7 @@ Lengths and displacements are in the unit of the part; all other quantities are 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -119,7 +120,7 @@ class Flow:
     """Flux into the solid through the faces of a place."""
 
     place: object
-    flux: float  # W/m^2
+    flux: Any  # W/m^2; or a function of points and normals (P, 3)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from scipy.sparse import csr_matrix
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.modal import lowest
-from polycube.analysis.poisson import Inflow, conduct
+from polycube.analysis.poisson import conduct
+from polycube.analysis.problem import Flow
 from polycube.analysis.recovery import samples
 from polycube.hexmesh.named_sets import ENDS
 from tests.conftest import first_quick
@@ -68,7 +69,7 @@ def test_given_flux_and_source_of_a_slab():
         spline,
         4.0,
         [Support("x_min", faces_of(spline, "x_min"), (0,))],
-        [Inflow(faces_of(spline, "x_max"), 3e3)],
+        [Flow(faces_of(spline, "x_max"), 3e3)],
         source=2e6,
     )
     x = places(spline)[:, 0] * 1e-3
@@ -102,7 +103,7 @@ def errors(spline):
         spline,
         1.0,
         [Support("x", ends, (0,), u)],
-        [Inflow(sides, lambda x, n: (slope(x) * n).sum(axis=1))],
+        [Flow(sides, lambda x, n: (slope(x) * n).sum(axis=1))],
         source=coefficients(spline, lambda x: 3 * wave**2 * u(x), 5),
         length_unit="m",
         n_gauss=5,
