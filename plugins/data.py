@@ -14,7 +14,7 @@ from polycube.registry import register
 
 if TYPE_CHECKING:
     from polycube.diffusion.pairs.any_structure import LatticePairs
-    from polycube.diffusion.pairs.pairs import MachinedPairs, MeshPairs, Pairs
+    from polycube.diffusion.pairs.pairs import MeshPairs, Pairs
     from polycube.diffusion.pairs.templates import Context
 
 Grid = Sequence[int] | None  # none for arbitrary structures
@@ -122,22 +122,3 @@ class Published:
             raise ValueError("data=paper needs a grid; use data=paired with grid=any")
         chosen = _contexts(self.types, grid, primitives)
         return MeshPairs(grid, primitives, chosen, self.rounding)
-
-
-@register("data", "machined")
-@dataclass(frozen=True)
-class Machined:
-    """Polycubes of all contexts of the grid with the shapes of machined parts.
-
-    No network is trained on them: they measure what networks do on other shapes than their own.
-    """
-
-    pads = False
-
-    def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MachinedPairs:
-        """The stream; pairs are computed by their number."""
-        from polycube.diffusion.pairs.pairs import MachinedPairs
-
-        if not grid:
-            raise ValueError("data=machined needs a grid; data.cad is its share with grid=any")
-        return MachinedPairs(grid, primitives, _contexts("all", grid, primitives), seed)

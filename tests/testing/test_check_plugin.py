@@ -14,12 +14,7 @@ CUBE = {"context": ["cube"]}
 NEEDED = {("structure", "given"): CUBE, ("structure", "paper"): CUBE}  # options that must be given
 LONG = {("model", "transformer"), ("model", "unet"), ("model", "points")}  # large networks
 LONG |= {("structure", name) for name in names("structure") if name != "slices"}
-LONG |= {
-    ("data", "machined"),
-    ("meshing/map", "harmonic"),
-    ("meshing/segment", "drawn"),
-    ("spline", "auto"),
-}
+LONG |= {("meshing/map", "harmonic"), ("meshing/segment", "drawn"), ("spline", "auto")}
 ELSEWHERE = {"parts"}  # without files it does nothing: see its own test
 
 

@@ -11,11 +11,9 @@ from functools import cache
 import numpy as np
 
 from polycube.diffusion.encoding import POINTS_PER_CELL, box_of, learning_frame, pixels_of
-from polycube.diffusion.pairs.cad_shapes import DISCS, CadShapes
 from polycube.diffusion.pairs.deformation import Deformation
-from polycube.diffusion.pairs.lattices import Feature, Lattice, random_knots
 from polycube.diffusion.pairs.templates import Context, Template, refined, rounded, template
-from polycube.structure.lattice import boundary, cell_and_wall, genus, lattice
+from polycube.structure.lattice import boundary, cell_and_wall, lattice
 from polycube.surface.measures import triangle_vectors, unit
 from polycube.types import freeze
 
@@ -73,56 +71,6 @@ class Pairs:
         """The polycube of a context, and the places (V, 3) of its vertices on a random geometry."""
         template = self._template(context)
         return template, self.deformation.deform(template, rng)
-
-
-class MachinedPairs(Pairs):
-    """Contexts in turn, each as a random machined part: a test of networks on other shapes.
-
-    The polycube of a context gets round holes, fillets, chamfers, slanted planes and drafts
-    (`cad_shapes`), and slabs of random widths. The deformation is noise only.
-    """
-
-    def __init__(
-        self,
-        grid: Sequence[int],
-        primitives: Mapping[str, np.ndarray],
-        contexts: Sequence[Context],
-        seed: int,
-    ) -> None:
-        super().__init__(grid, primitives, contexts, Deformation(), seed)
-        self.primitives, self.shapes = primitives, CadShapes()
-
-    def shape(self, context: Context, rng: np.random.Generator) -> tuple[Template, np.ndarray]:
-        """The polycube of a context, and the places (V, 3) of its vertices on a random part."""
-        template, solid = self._template(context), self._lattice(context)
-        rounds = self.shapes.round_features(solid, rng)
-        knots = random_knots(solid, [each for each in rounds if each.kind in DISCS], rng)
-        even = (np.linspace(-n / 2, n / 2, len(k)) for n, k in zip(self.grid, knots, strict=True))
-        moved = map(np.interp, template.vertices.T, even, knots)
-        x = np.stack(list(moved), axis=1)
-        return template, self.shapes.shaped(x, solid, knots, rounds, rng)
-
-    def _lattice(self, context: Context) -> Lattice:
-        """The boxes of a context, and the holes through its cells."""
-        solid = lattice(self.grid, context, self.primitives)
-        holes = [
-            hole for cell, name in enumerate(context) if name for hole in self._holes(cell, name)
-        ]
-        return Lattice(solid.occupancy, holes, genus(solid))
-
-    def _holes(self, cell: int, name: str) -> list[Feature]:
-        """The hole through a cell, if its primitive has one."""
-        empty = np.argwhere(~self.primitives[name])
-        if not len(empty):
-            return []
-        size = np.array(self.primitives[name].shape)
-        low, high = empty.min(axis=0), empty.max(axis=0) + 1
-        through = np.flatnonzero(high - low == size)
-        if len(through) != 1 or np.prod(high - low) != len(empty):
-            return []
-        start = size * np.unravel_index(cell, self.grid)
-        first, last = (tuple((start + each).tolist()) for each in (low, high))
-        return [Feature("hole", first, last, int(through[0]))]
 
 
 def cell_mesh(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.diffusion.pairs.pairs import MachinedPairs
-from polycube.registry import build
+from docs.notes.machined_pairs import Machined, MachinedPairs
 from polycube.structure.lattice import OUTWARD, boundary, cell_and_wall, lattice
 from tests.fixtures.polycubes import PRIMITIVES
 
@@ -13,7 +12,7 @@ GRID = (2, 1, 1)
 
 @pytest.fixture(scope="module")
 def machined() -> MachinedPairs:
-    return build("data", {"plugin": "machined"})(GRID, PRIMITIVES, 3)
+    return Machined()(GRID, PRIMITIVES, 3)
 
 
 @pytest.mark.parametrize("index", range(0, 24, 3))
@@ -41,12 +40,7 @@ def test_normals_look_along_the_axes_of_their_labels(machined: MachinedPairs) ->
 
 
 def test_pairs_depend_on_their_number_and_fill_the_box(machined: MachinedPairs) -> None:
-    first, again = machined(7), build("data", {"plugin": "machined"})(GRID, PRIMITIVES, 3)(7)
+    first, again = machined(7), Machined()(GRID, PRIMITIVES, 3)(7)
     assert np.array_equal(first.geometry, again.geometry)
     assert not np.array_equal(first.geometry, machined(7 + 24).geometry)
     assert np.ptp(first.geometry, axis=0).max() == pytest.approx(2, abs=0.1)
-
-
-def test_a_grid_is_needed() -> None:
-    with pytest.raises(ValueError, match="data=machined needs a grid"):
-        build("data", {"plugin": "machined"})(None, {}, 0)
