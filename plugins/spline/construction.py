@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from polycube.spline.spaces.sharp_features import (
     union,
 )
 from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
+from polycube.spline.spaces.subdivision import ControlMesh
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
@@ -39,11 +41,71 @@ MakesSpace = Callable[[HexMesh, Sharp, Start], Space]
 REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
 
-def constructed(
-    options: SplineOptions, space: MakesSpace, surface: TriMesh, hexes: HexMesh
-) -> Spline:
+class Construction:
+    """Splines on the same hexes; h2s is fitted once for each set of sharp features.
+
+    Parameters
+    ----------
+    options : their options
+    surface : the part
+    hexes : the mesh
+    """
+
+    def __init__(self, options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> None:
+        self.options, self.surface, self.hexes = options, surface, hexes
+        self.creases = creases_of(options, hexes, surface)
+        self.on = unique_cad_faces(hexes, surface)
+        self.singular = len(extraordinary_edges(hexes)[0])
+        self.points: list[tuple[Sharp, np.ndarray]] = []  # Bezier points of h2s
+
+    def best_trial(self, space: MakesSpace) -> Trial:
+        """The spline with the smallest cost.
+
+        Tried are splines with all creases, with the harmless ones, and with all creases and
+        straight hexes; each is only made if the earlier ones are not good.
+        """
+        options, creases = self.options, self.creases
+        harmless = sharp_features(options, self.hexes, creases)
+        if options.fit.iterations == 0:
+            return self._trial(space, "harmless", harmless)
+        all_creases = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
+        trials = [self._trial(space, "all", all_creases)]
+        if trials[0].cost > GOOD and not all(map(np.array_equal, all_creases, harmless)):
+            trials.append(self._trial(space, "harmless", harmless))
+        if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
+            straightened = creases.straightened(all_creases)
+            if len(straightened.straight):
+                trials.append(self._trial(space, "all", straightened))
+        best = min(trials, key=lambda t: t.cost)
+        if options.sharp == "auto" or len(trials) > 1:
+            summary = "; ".join(t.summary(self.surface) for t in trials)
+            logger.info("creases: %s; %s", best.name, summary)
+        return best
+
+    def _trial(self, space: MakesSpace, name: str, sharp: Sharp) -> Trial:
+        own = space(self.hexes, sharp, partial(self._start, sharp))
+        spline = self._fitted(refined_spline(own, self.options.refine, self.surface, self.singular))
+        if isinstance(own, ControlMesh) and len(spline.nodes) == len(self.hexes.hexes):
+            self.points.append((sharp, spline.extraction @ spline.control))
+        floor, lost = self.options.fit.floor, self.creases.lost(sharp)
+        return Trial.of(name, spline, sharp, self.surface, floor, lost)
+
+    def _start(self, sharp: Sharp) -> np.ndarray:
+        """(B, 3) Bezier points of h2s, fitted to the surface."""
+        for known, points in self.points:
+            if all(map(np.array_equal, known, sharp)):
+                return points
+        plain = self._fitted(volumetric_spline(self.hexes, *sharp))
+        return np.asarray(plain.extraction @ plain.control)
+
+    def _fitted(self, spline: Spline) -> Spline:
+        on = self.on[quads_of_spline(spline, self.hexes)]
+        return fit_to_surface(self.options.fit, spline, self.surface, on)
+
+
+def constructed(made: Construction, space: MakesSpace) -> Spline:
     """The spline; logs how many edges are sharp and the smallest det J."""
-    best = _best_trial(options, space, surface, hexes)
+    best, surface, hexes = made.best_trial(space), made.surface, made.hexes
     spline, sharp = best.spline, best.sharp
     jacobian, apart = min_detj(spline), deviation(spline, surface)
     logger.info(
@@ -84,48 +146,6 @@ def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray
     pairs = np.stack([first, second], axis=1) // 4
     there = np.sort(quads_of_spline(spline, hexes)[pairs], axis=1)
     return pairs[is_among(there, wanted)]
-
-
-def _best_trial(
-    options: SplineOptions, space: MakesSpace, surface: TriMesh, hexes: HexMesh
-) -> Trial:
-    """The spline with the smallest cost.
-
-    Tried are splines with all creases, with the harmless ones, and with all creases and straight
-    hexes; each is only made if the earlier ones are not good.
-    """
-    creases, on = creases_of(options, hexes, surface), unique_cad_faces(hexes, surface)
-    harmless = sharp_features(options, hexes, creases)
-
-    singular = len(extraordinary_edges(hexes)[0])
-
-    def fitted(spline: Spline) -> Spline:
-        return fit_to_surface(options.fit, spline, surface, on[quads_of_spline(spline, hexes)])
-
-    def trial(name: str, sharp: Sharp) -> Trial:
-        def start() -> np.ndarray:
-            plain = fitted(volumetric_spline(hexes, *sharp))
-            return np.asarray(plain.extraction @ plain.control)
-
-        made = refined_spline(space(hexes, sharp, start), options.refine, surface, singular)
-        spline = fitted(made)
-        return Trial.of(name, spline, sharp, surface, options.fit.floor, creases.lost(sharp))
-
-    if options.fit.iterations == 0:
-        return trial("harmless", harmless)
-    all_creases = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
-    trials = [trial("all", all_creases)]
-    if trials[0].cost > GOOD and not all(map(np.array_equal, all_creases, harmless)):
-        trials.append(trial("harmless", harmless))
-    if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
-        straightened = creases.straightened(all_creases)
-        if len(straightened.straight):
-            trials.append(trial("all", straightened))
-    best = min(trials, key=lambda t: t.cost)
-    if options.sharp == "auto" or len(trials) > 1:
-        summary = "; ".join(t.summary(surface) for t in trials)
-        logger.info("creases: %s; %s", best.name, summary)
-    return best
 
 
 def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:

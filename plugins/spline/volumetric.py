@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from polycube.analysis.problem import MATERIALS
@@ -35,15 +35,16 @@ MOST = 40_000  # functions up to which a matrix is factored as a whole without a
 class Volumetric(SplineOptions, ABC):
     """A spline on the hexes in the space of a subclass."""
 
+    @staticmethod
     @abstractmethod
-    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> Space:
+    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> Space:
         """The functions on the hexes and their coefficients; from the points of h2s if needed."""
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        from .construction import constructed
+        from .construction import Construction, constructed
 
-        return constructed(self, self.space, surface, hexes)
+        return constructed(Construction(self, surface, hexes), self.space)
 
 
 @register("spline", "c0")
@@ -56,7 +57,8 @@ class C0(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> ContinuousSpace:
+    @staticmethod
+    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> ContinuousSpace:
         """One function for each Bezier node, with the points of h2s."""
         from polycube.spline.spaces.continuous import ContinuousSpace
 
@@ -74,7 +76,8 @@ class H2S(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("wei2017th", "yu2022hexgen", "borden2011extraction")
 
-    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> ControlMesh:
+    @staticmethod
+    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> ControlMesh:
         """The functions of the vertices."""
         from polycube.spline.spaces.subdivision import ControlMesh
 
@@ -93,7 +96,8 @@ class Optimal(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    def space(self, hexes: HexMesh, sharp: Sharp, start: Start) -> OptimalSpace:
+    @staticmethod
+    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> OptimalSpace:
         """The functions, with the Bezier points of h2s."""
         from polycube.spline.spaces.optimal import smallest_space
 
@@ -127,8 +131,10 @@ class Auto(SplineOptions):
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline of the chosen space; logs the estimate."""
-        options = {f.name: getattr(self, f.name) for f in fields(SplineOptions)}
-        spline = H2S(**options)(surface, hexes)
+        from .construction import Construction, constructed
+
+        made = Construction(self, surface, hexes)
+        spline = constructed(made, H2S.space)
         if not _is_affordable(LEAST * len(spline.control)):
             logger.info("h2s: too many functions for optimal")
             return spline
@@ -136,7 +142,7 @@ class Auto(SplineOptions):
         logger.info("h2s: estimated error of the displacement %.2g %%", 100 * error)
         if error <= self.error:
             return spline
-        larger = Optimal(**options)(surface, hexes)
+        larger = constructed(made, Optimal.space)
         return larger if _is_affordable(len(larger.control)) else spline
 
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
