@@ -16,6 +16,7 @@ from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation, distances, edge_strips
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.hierarchy import Space
+from polycube.spline.spaces.optimal import OptimalSpace
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
@@ -81,6 +82,13 @@ class Construction:
             summary = "; ".join(t.summary(self.surface) for t in trials)
             logger.info("creases: %s; %s", best.name, summary)
         return best
+
+    def size(self, space: Callable[[HexMesh, Sharp, Start], OptimalSpace]) -> int:
+        """About the number of functions of a space with these sharp features, before any fit."""
+        sharp = sharp_features(self.options, self.hexes, self.creases)
+        plain = volumetric_spline(self.hexes, *sharp)
+        made = space(self.hexes, sharp, lambda: plain.extraction @ plain.control)
+        return made.size * 8**self.options.refine.levels
 
     def _trial(self, space: MakesSpace, name: str, sharp: Sharp) -> Trial:
         own = space(self.hexes, sharp, partial(self._start, sharp))

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MODES = 10  # lowest modes whose error is estimated, including rigid ones
-LEAST = 1.6  # functions of optimal per function of h2s, at least
 MOST = 40_000  # functions up to which a matrix is factored as a whole without asking
 
 
@@ -134,16 +133,13 @@ class Auto(SplineOptions):
         from .construction import Construction, constructed
 
         made = Construction(self, surface, hexes)
-        spline = constructed(made, H2S.space)
-        if not _is_affordable(LEAST * len(spline.control)):
-            logger.info("h2s: too many functions for optimal")
+        spline, size = constructed(made, H2S.space), made.size(Optimal.space)
+        if not _is_affordable(size):
+            logger.info("h2s: optimal would have %d functions, too many", size)
             return spline
         error = self._error(spline, hexes)
         logger.info("h2s: estimated error of the displacement %.2g %%", 100 * error)
-        if error <= self.error:
-            return spline
-        larger = constructed(made, Optimal.space)
-        return larger if _is_affordable(len(larger.control)) else spline
+        return spline if error <= self.error else constructed(made, Optimal.space)
 
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
         """Largest estimated relative error of the squared frequencies; 0 without det J > 0."""
@@ -159,10 +155,10 @@ class Auto(SplineOptions):
         return 2 * max(modes.errors, default=0.0)
 
 
-def _is_affordable(functions: float) -> bool:
+def _is_affordable(functions: int) -> bool:
     """Whether a matrix of so many functions may be factored as a whole."""
     from polycube.numerics.memory import available, needed
 
     free = available()
-    wanted = needed(int(functions), is_factored=True)
+    wanted = needed(functions, is_factored=True)
     return functions <= MOST and (free is None or wanted <= free)
