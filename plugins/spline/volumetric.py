@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from polycube.analysis.problem import MATERIALS
 from polycube.analysis.supports import prescribed, supports
 from polycube.errors import MeshingError
-from polycube.registry import register
+from polycube.registry import register, setting
 from polycube.types import HexMesh, Spline, TriMesh
 
 from .options import SplineOptions
@@ -112,16 +112,19 @@ class Auto(SplineOptions):
     of a squared frequency, which is about that of a displacement, is larger than `error`, the space
     is optimal. That is so on thin walls with one or two hexes, and with few hexes along a bending
     part. If memory, or a limit of 40,000 functions, does not allow optimal, h2s is kept, and the
-    analysis warns.
+    analysis warns. It is also kept for statics, whose displacement and stress are computed with all
+    continuous tricubic functions, whatever the space.
 
     Parameters
     ----------
     error : largest estimated error, as a share of the squared frequency
+    solves : name of the analysis
     """
 
     references: ClassVar[tuple[str, ...]] = (*H2S.references, *Optimal.references)
 
     error: float = 0.02
+    solves: str | None = setting("analysis.plugin", None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -133,7 +136,10 @@ class Auto(SplineOptions):
         from .construction import Construction, constructed
 
         made = Construction(self, surface, hexes)
-        spline, size = constructed(made, H2S.space), made.size(Optimal.space)
+        spline = constructed(made, H2S.space)
+        if self.solves == "static":
+            return spline
+        size = made.size(Optimal.space)
         if not _is_affordable(size):
             logger.info("h2s: optimal would have %d functions, too many", size)
             return spline

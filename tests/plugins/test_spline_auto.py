@@ -63,6 +63,9 @@ def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers)
     assert abs(found / exact - 1).max() < 0.03
     ratio = error / abs(found - exact)
     assert (ratio > 1).all() and np.median(ratio) < 5
+    statics = spline_of(mesh, "auto", solves="static")
+    assert len(statics.control) == len(mesh.vertices)
+    assert answers(statics)[0][0] == pytest.approx(found[0], rel=1e-3)
     if layers == 1:
         stiff, doubt = answers(plain)
         ratio = doubt / abs(stiff - exact)

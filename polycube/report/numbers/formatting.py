@@ -70,7 +70,8 @@ def cautions(report: Json) -> Iterator[str]:
     larger = "spline=optimal" if functions == vertices else "spline.refine.levels=1"
     for what, error in errors.items():
         if error is not None and error > TOLERABLE:
-            remedy = f"use {larger} or smaller hexes"
+            other = larger if what == "frequency" else "spline.refine.levels=1"
+            remedy = f"use {other} or smaller hexes"
             yield f"the estimated error of a {what} is {100 * error:.2g} %; {remedy}"
     poor = report.get("static", {}).get("poor_elements")
     if poor:

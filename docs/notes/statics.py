@@ -1,0 +1,280 @@
+"""Statics from a STEP file to the answer: this program, its hexes in CalculiX, and tetrahedra.
+
+    python docs/notes/statics.py OUTPUT PART [PART ...]
+
+Of each part, the two CAD faces (at least 1 % of the area) whose centroids are farthest apart are
+chosen; one is clamped, and on the other acts a force of 100 N along the axis that is closest to
+perpendicular to the line between them.  Seconds are CPU seconds of all processes from the STEP file
+on, so a space or a deck on the automatic hexes includes their meshing.  The compared numbers are
+the work of the force and the largest displacement.  The error of the work is the square of the
+relative error in the energy norm.
+
+The reference of a part is the optimal spline on smaller hexes.  OUTPUT/PART.json holds a row per
+model, so that a study goes on where it ended; OUTPUT/table.md and OUTPUT/plot.png show all of them.
+CalculiX must be installed as ccx.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import gmsh
+import matplotlib.pyplot as plt
+import numpy as np
+
+from docs.notes.frequencies import TETRAHEDRON, infer, nodes, smaller
+from polycube.io.surfaces import read_surface
+from polycube.surface.measures import face_areas
+
+TETRAHEDRA = (0.12, 0.08, 0.05, 0.035, 0.025)  # sizes in diagonals
+LEAST = 0.01  # of the area of the part: smallest face that is held or loaded
+FORCE = 100.0  # N
+ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # nodes of a tetrahedron of Gmsh in the order of Abaqus
+REFERENCE = "optimal, smaller hexes"
+Row = dict[str, float]
+
+
+class Case:
+    """A part, its held and its loaded CAD face, and the force."""
+
+    def __init__(self, part: Path) -> None:
+        surface, _ = read_surface(part)
+        area = face_areas(surface)
+        middles = surface.vertices[surface.faces].mean(axis=1)
+        total = np.bincount(surface.region, area)
+        centre = np.stack([np.bincount(surface.region, area * x) for x in middles.T], axis=1)
+        centre /= np.maximum(total, 1e-300)[:, None]
+        own = np.flatnonzero(total > LEAST * total.sum())
+        apart = np.linalg.norm(centre[own][:, None] - centre[own], axis=2)
+        i, j = np.unravel_index(apart.argmax(), apart.shape)
+        self.part, self.faces = part, (int(own[i]), int(own[j]))
+        self.centres = centre[own[i]], centre[own[j]]
+        axis = int(np.abs(self.centres[1] - self.centres[0]).argmin())
+        self.force = FORCE * np.eye(3)[axis]
+        self.settings = [
+            "analysis=static",
+            "analysis.units=mm",
+            f"analysis.fixed=[cad_face_{self.faces[0]}]",
+            f"analysis.loads=[{{at: cad_face_{self.faces[1]}, force: {self.force.tolist()}}}]",
+        ]
+
+
+def priced(run: Callable[[], Row]) -> Row:
+    """The row of a run with the CPU seconds of this process and its children."""
+
+    def spent() -> float:
+        used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return sum(each.ru_utime + each.ru_stime for each in used)
+
+    began = spent()
+    row = run()
+    return {**row, "seconds": spent() - began + row.get("seconds", 0.0)}
+
+
+def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable[[], Row]]:
+    """What is solved for a part, by name; all spaces are on the hexes of the first run."""
+    first, fine = folder / "auto", folder / "fine"
+
+    def automatic() -> Row:
+        infer(f"mesh={case.part}", f"output_dir={first}", *case.settings)
+        return solved(first)
+
+    def spline(run: Path, space: str, element: str) -> Row:
+        made = run.with_name(f"{run.name}-{space}")
+        infer(
+            f"resume={run}",
+            "from=spline",
+            f"output_dir={made}",
+            f"spline={space}",
+            "export=[abaqus]",
+            f"export.abaqus.element={element}",
+            *case.settings,
+        )
+        return {**solved(made), "seconds": meshed()}
+
+    def reference() -> Row:
+        size = smaller(first, int(rows["optimal"]["unknowns"]))
+        infer(f"mesh={case.part}", f"output_dir={fine}", f"meshing.size={size:g}", *case.settings)
+        return spline(fine, "optimal", "C3D8I")
+
+    def meshed() -> float:
+        seconds = json.loads((first / "report.json").read_text())["seconds"]
+        kept = ("spline", "analysis", "report")
+        return sum(own for name, own in seconds.items() if name not in kept)
+
+    def deck(name: str) -> Row:
+        return {**calculix(folder / name / "hex.inp"), "seconds": meshed()}
+
+    found = {
+        "auto": automatic,
+        "h2s": lambda: spline(first, "h2s", "C3D20R"),
+        "optimal": lambda: spline(first, "optimal", "C3D8I"),
+        "C3D20R": lambda: deck("auto-h2s"),
+        "C3D8I": lambda: deck("auto-optimal"),
+    }
+    for size in TETRAHEDRA:
+        at = folder / f"tetrahedra-{size:g}.inp"
+        found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, case, at, size)
+    return {**found, REFERENCE: reference}
+
+
+def solved(run: Path) -> Row:
+    """The numbers of a run of this program."""
+    report = json.loads((run / "report.json").read_text())
+    static = report["static"]
+    return {
+        "unknowns": 3 * report["spline"]["functions"],
+        "work": 2 * static["strain_energy"],
+        "displacement": static["max_displacement"],
+        "estimate": static["displacement_error"],
+    }
+
+
+def calculix(deck: Path) -> Row:
+    """The numbers that CalculiX finds for a deck; the displacement of all nodes is requested."""
+    text = deck.read_text()
+    if "*NODE PRINT" not in text:
+        text = text.replace("*END STEP", "*NODE PRINT, NSET=all\nU\n*END STEP")
+        deck.write_text(text)
+    environment = {**os.environ, "OMP_NUM_THREADS": str(os.cpu_count())}
+    command = ["ccx", "-i", deck.stem]
+    subprocess.run(command, check=True, cwd=deck.parent, env=environment, capture_output=True)
+    rows = map(str.split, deck.with_suffix(".dat").read_text().splitlines())
+    moved = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], float)
+    at = {int(row[0]): row[1:] for row in moved}
+    loads = text.partition("*CLOAD\n")[2].partition("*")[0].splitlines()
+    forces = (line.split(",") for line in loads)
+    work = sum(float(f) * at[int(node)][int(axis) - 1] for node, axis, f in forces) * 1e-3
+    largest = float(np.linalg.norm(moved[:, 1:], axis=1).max())
+    return {"unknowns": 3 * nodes(deck), "work": work, "displacement": largest}
+
+
+def tetrahedra(case: Case, deck: Path, size: float) -> Row:
+    """The numbers of second-order tetrahedra of Gmsh, of a size in diagonals."""
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.merge(str(case.part))
+        box = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+        length = size * np.linalg.norm(box[1] - box[0])
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 12)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", length)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", length / 5)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        gmsh.model.mesh.optimize("HighOrder")
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        kinds, _, elements = gmsh.model.mesh.getElements(3)
+        places = [gmsh.model.occ.getCenterOfMass(2, tag) for _, tag in gmsh.model.getEntities(2)]
+        held, loaded = (
+            1 + int(np.linalg.norm(np.array(places) - centre, axis=1).argmin())
+            for centre in case.centres
+        )
+        ends = gmsh.model.mesh.getNodes(2, held, includeBoundary=True)[0]
+        sides = np.reshape(gmsh.model.mesh.getElements(2, loaded)[2][0], (-1, 6))
+    finally:
+        gmsh.finalize()
+    assert list(kinds) == [TETRAHEDRON]
+    number = np.zeros(int(tags.max()) + 1, np.int64)
+    used = np.unique(elements[0])
+    number[used] = 1 + np.arange(len(used))
+    place = dict(zip(tags.tolist(), coordinates.reshape(-1, 3).tolist(), strict=True))
+    lines = ["*NODE, NSET=all"]
+    lines += [
+        f"{number[tag]}, " + ", ".join(f"{x:.12e}" for x in place[tag]) for tag in used.tolist()
+    ]
+    lines.append("*ELEMENT, TYPE=C3D10, ELSET=all")
+    rows = number[np.reshape(elements[0], (-1, 10))[:, ORDER]].tolist()
+    lines += [f"{i}, " + ", ".join(map(str, row)) for i, row in enumerate(rows, 1)]
+    corners = np.array([[place[tag] for tag in row[:3]] for row in sides.tolist()])
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    share: dict[int, float] = {}  # of the force: a third of a triangle at each middle of an edge
+    for row, own in zip(sides[:, 3:].tolist(), (area / area.sum() / 3).tolist(), strict=True):
+        for tag in row:
+            share[tag] = share.get(tag, 0.0) + own
+    axis = int(case.force.argmax())
+    lines += ["*MATERIAL, NAME=steel", "*ELASTIC", "210000., 0.3"]
+    lines += ["*SOLID SECTION, ELSET=all, MATERIAL=steel", "*STEP", "*STATIC", "*BOUNDARY"]
+    lines += [f"{number[tag]}, 1, 3" for tag in ends.tolist()]
+    lines.append("*CLOAD")
+    lines += [f"{number[tag]}, {axis + 1}, {FORCE * own:.12e}" for tag, own in share.items()]
+    deck.write_text("\n".join([*lines, "*END STEP"]) + "\n")
+    return calculix(deck)
+
+
+def errors(row: Row, reference: Row) -> tuple[float, float]:
+    """Errors of the work and of the largest displacement, in per cent of the reference's."""
+    names = ("work", "displacement")
+    return tuple(100 * (row[name] / reference[name] - 1) for name in names)  # type: ignore[return-value]
+
+
+def table(found: dict[str, dict[str, Row]]) -> list[str]:
+    """Lines of a table in Markdown."""
+    lines = ["| part | model | unknowns | work, % | displacement, % | estimate, % | CPU s |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for part, rows in found.items():
+        for name, row in rows.items():
+            work, moved = errors(row, rows[REFERENCE])
+            own = 100 * row["estimate"] / row["displacement"] if "estimate" in row else None
+            estimate = "" if own is None else f"{own:.2g}"
+            lines.append(
+                f"| {part} | {name} | {row['unknowns']:,} | {work:+.2f} | {moved:+.2f} "
+                f"| {estimate} | {row['seconds']:.1f} |"
+            )
+    return lines
+
+
+def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
+    """Error of the work against unknowns, and against CPU seconds below."""
+    kinds = {"auto": "D", "h2s": "o", "optimal": "s", "C3D8I": "^", "C3D20R": "v", "C3D10": "x"}
+    size = (2.3 * len(found), 6)
+    figure, axes = plt.subplots(2, len(found), figsize=size, sharey=True, layout="constrained")
+    for column, (part, rows) in enumerate(found.items()):
+        for colour, (kind, marker) in enumerate(kinds.items()):
+            chosen = [
+                row for name, row in rows.items() if name.partition(",")[0] == kind != REFERENCE
+            ]
+            chosen = [row for row in chosen if row is not rows[REFERENCE]]
+            off = [abs(errors(row, rows[REFERENCE])[0]) for row in chosen]
+            for axis, unit in zip(axes[:, column], ("unknowns", "seconds"), strict=True):
+                x = [row[unit] for row in chosen]
+                axis.loglog(x, off, f"{marker}-", color=f"C{colour}", label=kind)
+                axis.set_xlabel("CPU seconds" if unit == "seconds" else unit)
+                axis.grid(alpha=0.3)
+                axis.xaxis.set_minor_formatter("")
+        axes[0, column].set_title(part)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("error of the work, %")
+    axes[0, 0].legend(fontsize=8)
+    return figure
+
+
+def main() -> None:
+    """Run what is not there yet, then write table and plot."""
+    output = Path(sys.argv[1])
+    output.mkdir(parents=True, exist_ok=True)
+    found = {}
+    for part in map(Path, sys.argv[2:]):
+        kept, case = output / f"{part.stem}.json", Case(part)
+        (output / part.stem).mkdir(exist_ok=True)
+        rows: dict[str, Row] = json.loads(kept.read_text()) if kept.exists() else {}
+        for name, run in models(case, output / part.stem, rows).items():
+            if name not in rows:
+                rows[name] = priced(run)
+                kept.write_text(json.dumps(rows, indent=1))
+        found[part.stem] = rows
+    (output / "table.md").write_text("\n".join(table(found)) + "\n")
+    plot(found).savefig(output / "plot.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()
