@@ -13,10 +13,12 @@ from typing import Any, ParamSpec, TypeVar
 import hydra
 import lightning.pytorch as L
 from hydra.errors import InstantiationException
+from hydra.experimental.callback import Callback
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
+from omegaconf import DictConfig
 
-from polycube.cli.command import OTHER_FOLDER, command
+from polycube.cli.command import OTHER_FOLDER, begin_sweep, command
 from polycube.diffusion import weights
 from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training import pictures
@@ -31,6 +33,21 @@ from polycube.pipeline.primitives import voxels
 from polycube.pipeline.resume.settings import changed_settings
 from polycube.registry import build
 from polycube.types import Json
+
+logger = logging.getLogger(__name__)
+
+
+class Trainings(Callback):
+    """The folder of a sweep in Hydra."""
+
+    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
+        """Refuse a folder in which a file of the user would be overwritten."""
+        begin_sweep(config, ())
+
+    def on_multirun_end(self, config: DictConfig, **_: object) -> None:
+        """Name the command that compares the trainings."""
+        logger.info("to compare them: tensorboard --logdir %s", config.hydra.sweep.dir)
+
 
 logger = logging.getLogger(__name__)
 

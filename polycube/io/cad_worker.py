@@ -17,8 +17,7 @@ import numpy as np
 from polycube.io.file_units import IGES, gmsh_unit
 from polycube.io.foreign.process import limit
 from polycube.io.step.text import STEP
-from polycube.io.tessellation.fillets import bound_sizes, bounded_segments
-from polycube.io.tessellation.sewing import diagonal, sew
+from polycube.io.tessellation.sewing import bound_sizes, bounded_segments, diagonal, sew
 
 TESSELLATING = "reading is done; triangles are made"  # written to the standard error
 OPEN = "the triangles are not closed"  # the same

@@ -5,9 +5,7 @@ alpha = 0 this is the closest point. The boxes bound positions and normals toget
 is exact for every alpha. A triangle (a, b, b) is a segment, whose direction is stored instead of
 the normal. There is also a tree for each group of triangles, so that the search for a point can be
 limited to one group.
-
-No library has the normals in the metric. Without them (alpha = 0), 100,000 points near a surface of
-2,756 triangles take 0.14 s, and 0.18 s with libigl; the distances agree to 2e-14.
+No library has the normals in the metric.
 """
 
 from functools import partial

@@ -81,7 +81,7 @@ def test_small_fillets_take_few_triangles(radius, tmp_path):
 
 
 MANY = """
-from polycube.io.tessellation.fillets import bounded_segments
+from polycube.io.tessellation.sewing import bounded_segments
 rods = [occ.addCylinder(5 * k, 0, 0, 0, 0, {length}, 1) for k in range(2)]
 occ.synchronize()
 sides = [face for _, face in gmsh.model.getEntities(2)]

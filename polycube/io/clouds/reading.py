@@ -1,9 +1,7 @@
 """Read the points of a scan, with normals if the file contains them.
 
-open3d reads all of these formats, but it returns the readable part of a damaged file without an
-error. In PCD files it replaces text by zeros, and missing points by the content of uninitialised
-memory: of 300 damaged files it accepted 76 that the reader here refuses; both returned the same
-points for 110.
+open3d returns the readable part of a damaged file without an error. In PCD files it replaces
+missing points by the content of uninitialised memory.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,8 +1,6 @@
 """Read the vertices and faces of OFF and OBJ files in text; the rest is ignored.
 
-trimesh reads OBJ files 3.5 times as fast (0.17 s instead of 0.60 s for 176,000 faces), but of 500
-damaged files it returned triangles for 35 that are rejected here, and its errors do not give the
-line.
+trimesh accepts some damaged files, and its errors do not give the line.
 """
 
 import re

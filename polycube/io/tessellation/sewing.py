@@ -1,10 +1,95 @@
-"""Sew the loose faces of a CAD file to a solid, in the worker process of gmsh."""
+"""Sewing of loose faces and sizes of triangles on fillets, in the worker process of gmsh."""
 
 from collections import Counter
 from types import ModuleType
 
 import numpy as np
 from scipy.spatial import cKDTree
+
+MOST_OF_ALL = 150_000  # triangles on all round faces, unless that takes less than half the segments
+MOST = 2000  # triangles on a fillet, unless they leave it too far
+SAGITTA = 5e-4  # of the diagonal: largest distance of larger triangles from a fillet
+TURN = 2.0  # largest angle between the ends of a fillet, in radians; rounder faces are not changed
+SAMPLES = (np.arange(4) + 0.5) / 4  # parameters where curvatures are measured
+
+
+def bounded_segments(gmsh: ModuleType, faces: list[int], segments: int, coarse: float) -> int:
+    """Edges on a full turn with which round faces have at most `MOST_OF_ALL` triangles together.
+
+    At least half of the requested ones. The parameters are those of `bound_sizes`.
+    """
+    number = 0.0
+    for face in faces:
+        bend, area, _ = found = _measures(gmsh, face)
+        wanted = 2 * np.pi / (segments * max(bend, 1e-300))
+        if wanted < coarse:
+            own = _triangles(area, wanted)
+            number += min(own, MOST) if _is_fillet(*found) else own
+    share = np.sqrt(MOST_OF_ALL / max(number, MOST_OF_ALL))
+    return int(np.ceil(max(share, 0.5) * segments))
+
+
+def _measures(gmsh: ModuleType, face: int) -> tuple[float, float, float]:
+    """Largest curvature of a face, its area, and the length of its border."""
+    own = [tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False)]
+    around = sum(gmsh.model.occ.getMass(1, edge) for edge in own)
+    return _curvature(gmsh, 2, face), gmsh.model.occ.getMass(2, face), around
+
+
+def _is_fillet(bend: float, area: float, around: float) -> bool:
+    return bend * area < TURN * around / 2
+
+
+def _triangles(area: float, side: float) -> float:
+    """Number of triangles with sides of a length on an area."""
+    return float(4 / np.sqrt(3) * area / side**2)
+
+
+def bound_sizes(
+    gmsh: ModuleType, faces: list[int], size: float, segments: int, coarse: float
+) -> None:
+    """Set larger sizes on fillets that would get more than `MOST` triangles.
+
+    Parameters
+    ----------
+    faces : tags of all faces of the solid
+    size : diagonal of the solid
+    segments : requested number of edges on a full turn
+    coarse : largest edge of a triangle
+    """
+    wanted: dict[int, float] = {}
+    larger: dict[int, float] = {}
+    edges: dict[int, list[int]] = {}  # faces at each edge
+    for face in faces:
+        own = [tag for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False)]
+        for edge in own:
+            edges.setdefault(edge, []).append(face)
+        bend, area, _ = found = _measures(gmsh, face)
+        wanted[face] = min(coarse, 2 * np.pi / (segments * max(bend, 1e-300)))
+        number = _triangles(area, wanted[face])
+        if number > MOST and _is_fillet(*found):
+            limit = min(coarse, np.sqrt(8 * SAGITTA * size / bend))
+            larger[face] = max(wanted[face], min(limit, wanted[face] * np.sqrt(number / MOST)))
+    if not larger:
+        return
+    least = {(2, face): value for face, value in larger.items()}
+    for edge, own in edges.items():
+        if larger.keys() & set(own):
+            bend = max(_curvature(gmsh, 1, edge), 1e-300)
+            sizes = [larger.get(face, wanted[face]) for face in own]
+            least[1, edge] = min(*sizes, 2 * np.pi / (segments * bend))
+    gmsh.model.mesh.setSizeCallback(
+        lambda dim, tag, x, y, z, found: max(found, least.get((dim, tag), 0.0))
+    )
+
+
+def _curvature(gmsh: ModuleType, dim: int, tag: int) -> float:
+    """Largest curvature at points of an edge or a face."""
+    low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(dim, tag))
+    grids = np.meshgrid(*(a + (b - a) * SAMPLES for a, b in zip(low, high, strict=True)))
+    places = np.stack(grids, axis=-1).ravel()
+    return float(np.abs(gmsh.model.getCurvature(dim, tag, places)).max(initial=0))
+
 
 TOLERANCES = (1e-5, 3e-5, 1e-4)  # of the diagonal: gaps that are closed
 ROUNDING = 1e-6  # of the diagonal: smaller gaps are not reported
