@@ -38,15 +38,6 @@ class AtGaussPoints(NamedTuple):
     areas: np.ndarray  # (Q, G)
 
 
-def shares(faces: np.ndarray) -> np.ndarray:
-    """Integrals (Q, n) of the nodal functions over faces (Q, n, 3) of 4, 8 or 9 nodes.
-
-    The sum over a face is its area.
-    """
-    here = at_gauss_points(faces)
-    return here.areas @ here.values
-
-
 def at_gauss_points(faces: np.ndarray) -> AtGaussPoints:
     """The Gauss points of faces (Q, n, 3) of 4, 8 or 9 nodes."""
     n = faces.shape[1]
@@ -154,7 +145,7 @@ class Loads:
         for k, load in enumerate(getattr(self.problem, "loads", ()), start=1):
             place = None if isinstance(load.place, Mapping) else set_name(load.place)
             quads = self._quads(load.place)
-            area = shares(self.elements.points[self.elements.quads[quads]]).sum()
+            area = at_gauss_points(self.elements.points[self.elements.quads[quads]]).areas.sum()
             even = load if load.is_uniform else Load(load.place)
             traction = np.array(even.traction) * self._metre**2 + np.array(even.force) / area
             pressure = float(even.pressure) * self._metre**2
@@ -185,11 +176,6 @@ class Loads:
         """(3,) acceleration."""
         own = self.problem.acceleration if isinstance(self.problem, Statics) else NOTHING
         return np.array(own) / self._metre
-
-    @property
-    def gravity_size(self) -> float:
-        """Length of the acceleration."""
-        return float(np.linalg.norm(self.gravity))
 
     @cached_property
     def temperature(self) -> np.ndarray:

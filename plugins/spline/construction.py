@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from polycube.analysis.boundary_sets import is_edge, mesh_edges_of, place_of, quads_of
+from polycube.analysis.boundary_sets import is_edge, mesh_edges_of, quads_of
+from polycube.analysis.supports import split
 from polycube.errors import InputError
 from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
@@ -175,7 +176,7 @@ def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) 
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
     supported = (
         mesh_edges_of(hexes, place)[0] if is_edge(place) else border(hexes, quads_of(hexes, place))
-        for place in map(place_of, options.held)
+        for place, _ in map(split, options.held)
     )
     borders = union(NO_EDGES, *supported)
     angle, fold = np.radians(options.angle), options.single_hex_edges

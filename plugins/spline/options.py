@@ -50,7 +50,8 @@ class SplineOptions:
     fit: Fit = field(default_factory=Fit)
 
     def __post_init__(self) -> None:
-        from polycube.analysis.boundary_sets import check_place, place_of
+        from polycube.analysis.boundary_sets import check_place
+        from polycube.analysis.supports import split
 
         for name in ("angle", "cad_angle"):
             if not 0 < getattr(self, name) < 180:
@@ -63,6 +64,6 @@ class SplineOptions:
                 f"sharp must be auto, none, a list of edges or a file of edges; got {self.sharp!r}"
             )
         for item in self.held:
-            check_place(place_of(item))
+            check_place(split(item)[0])
         object.__setattr__(self, "refine", options_of("refine", Refinement, self.refine))
         object.__setattr__(self, "fit", options_of("fit", Fit, self.fit))

@@ -127,11 +127,6 @@ def _may_name(where: object) -> bool:
     return isinstance(where, int | str) and not isinstance(where, bool) and may_name(where)
 
 
-def place_of(item: object) -> object:
-    """The place of an entry of a list of supports or loads: `at`, or the entry itself."""
-    return item["at"] if isinstance(item, Mapping) and "at" in item else item
-
-
 def place_name(where: object) -> str:
     """The place as one word, for tables."""
     if not isinstance(where, Mapping):

@@ -18,7 +18,7 @@ from scipy.sparse import eye
 
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import faces_of, trace
-from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
+from polycube.analysis.constraints import Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment, corrected
 from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
@@ -61,7 +61,13 @@ def deform(
     away : distance from a singular place, in diagonals, within which points belong to it
     temperature : in K above that without stress; a number or an expression, see `loads.at_points`
     """
-    constraints = _supported(spline, supports)
+    constraints = constrain(spline, supports, 3)
+    free = free_rigid_motions(spline, constraints)
+    if free:
+        raise InputError(
+            f"the supports leave {free} of 6 rigid motions free, so the loads are not balanced; "
+            "fix more patches or components"
+        )
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
@@ -161,18 +167,6 @@ def _stresses(
         "stress_error": float(np.sqrt(rest / max(own, TINY))),
         "strain_energy": float(energy) / 2,
     }
-
-
-def _supported(spline: Spline, supports: Sequence[Support]) -> Constraints:
-    """The constraints of the supports; raises InputError if they leave rigid motions free."""
-    constraints = constrain(spline, supports, 3)
-    free = free_rigid_motions(spline, constraints)
-    if free:
-        raise InputError(
-            f"the supports leave {free} of 6 rigid motions free, so the loads are not balanced; "
-            "fix more patches or components"
-        )
-    return constraints
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

@@ -49,9 +49,6 @@ def prescribed(items: Sequence[object]) -> tuple[Prescribed, ...]:
 
 def split(item: object) -> tuple[object, Json]:
     """Place of an item, and the values prescribed there."""
-    from polycube.analysis.boundary_sets import place_of
-
-    place = place_of(item)
-    if not isinstance(item, Mapping) or place is item:
-        return item, {}
-    return place, {key: value for key, value in item.items() if key != "at"}
+    if isinstance(item, Mapping) and "at" in item:
+        return item["at"], {key: value for key, value in item.items() if key != "at"}
+    return item, {}
