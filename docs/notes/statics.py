@@ -27,9 +27,10 @@ from pathlib import Path
 
 import gmsh
 import matplotlib.pyplot as plt
+import meshio
 import numpy as np
 
-from docs.notes.frequencies import TETRAHEDRON, infer, nodes, smaller
+from docs.notes.frequencies import TETRAHEDRON, infer, nodes
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import face_areas
 
@@ -37,6 +38,8 @@ TETRAHEDRA = (0.12, 0.08, 0.05, 0.035, 0.025)  # sizes in diagonals
 LEAST = 0.01  # of the area of the part: smallest face that is held or loaded
 FORCE = 100.0  # N
 ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # nodes of a tetrahedron of Gmsh in the order of Abaqus
+SHARES = (0.5, 0.65, 0.8)  # sizes of the hexes of a reference, of those of the first mesh
+LARGEST = 350_000  # unknowns of a reference, about
 REFERENCE = "optimal, smaller hexes"
 Row = dict[str, float]
 
@@ -80,7 +83,7 @@ def priced(run: Callable[[], Row]) -> Row:
 
 def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable[[], Row]]:
     """What is solved for a part, by name; all spaces are on the hexes of the first run."""
-    first, fine = folder / "auto", folder / "fine"
+    first = folder / "auto"
 
     def automatic() -> Row:
         infer(f"mesh={case.part}", f"output_dir={first}", *case.settings)
@@ -100,8 +103,13 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
         return {**solved(made), "seconds": meshed()}
 
     def reference() -> Row:
-        size = smaller(first, int(rows["optimal"]["unknowns"]))
-        infer(f"mesh={case.part}", f"output_dir={fine}", f"meshing.size={size:g}", *case.settings)
+        each = rows["optimal"]["unknowns"] / hexes(first)
+        for share in SHARES:
+            fine = folder / f"fine-{share:g}"
+            size = f"meshing.size={share * length(first):g}"
+            infer(f"mesh={case.part}", f"output_dir={fine}", size, "order=[meshing]")
+            if each * hexes(fine) < LARGEST:
+                break
         return spline(fine, "optimal", "C3D8I")
 
     def meshed() -> float:
@@ -123,6 +131,18 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
         at = folder / f"tetrahedra-{size:g}.inp"
         found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, case, at, size)
     return {**found, REFERENCE: reference}
+
+
+def hexes(run: Path) -> int:
+    """Number of hexes of a run."""
+    return int(json.loads((run / "report.json").read_text())["hex"]["hexes"])
+
+
+def length(run: Path) -> float:
+    """Mean length of the hexes of a run."""
+    mesh = meshio.read(run / "hex.vtu")
+    corners = mesh.points[mesh.cells_dict["hexahedron"]]
+    return float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).mean())
 
 
 def solved(run: Path) -> Row:
@@ -237,7 +257,9 @@ def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
     """Error of the work against unknowns, and against CPU seconds below."""
     kinds = {"auto": "D", "h2s": "o", "optimal": "s", "C3D8I": "^", "C3D20R": "v", "C3D10": "x"}
     size = (2.3 * len(found), 6)
-    figure, axes = plt.subplots(2, len(found), figsize=size, sharey=True, layout="constrained")
+    figure, axes = plt.subplots(
+        2, len(found), figsize=size, sharey=True, layout="constrained", squeeze=False
+    )
     for column, (part, rows) in enumerate(found.items()):
         for colour, (kind, marker) in enumerate(kinds.items()):
             chosen = [
