@@ -34,7 +34,8 @@ from docs.notes.frequencies import TETRAHEDRON, infer, nodes
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import face_areas
 
-TETRAHEDRA = (0.12, 0.08, 0.05, 0.035, 0.025)  # sizes in diagonals
+# sizes in diagonals, and elements on a full circle
+TETRAHEDRA = {0.12: 8, 0.08: 12, 0.05: 18, 0.035: 26, 0.025: 36}
 LEAST = 0.01  # of the area of the part: smallest face that is held or loaded
 FORCE = 100.0  # N
 ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # nodes of a tetrahedron of Gmsh in the order of Abaqus
@@ -127,9 +128,9 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
         "C3D20R": lambda: deck("auto-h2s"),
         "C3D8I": lambda: deck("auto-optimal"),
     }
-    for size in TETRAHEDRA:
+    for size, round_ones in TETRAHEDRA.items():
         at = folder / f"tetrahedra-{size:g}.inp"
-        found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, case, at, size)
+        found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, case, at, size, round_ones)
     return {**found, REFERENCE: reference}
 
 
@@ -176,17 +177,17 @@ def calculix(deck: Path) -> Row:
     return {"unknowns": 3 * nodes(deck), "work": work, "displacement": largest}
 
 
-def tetrahedra(case: Case, deck: Path, size: float) -> Row:
-    """The numbers of second-order tetrahedra of Gmsh, of a size in diagonals."""
+def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> Row:
+    """The numbers of second-order tetrahedra of Gmsh, of a size in diagonals and round curves."""
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.merge(str(case.part))
         box = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
         length = size * np.linalg.norm(box[1] - box[0])
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 12)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", round_ones)
         gmsh.option.setNumber("Mesh.MeshSizeMax", length)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", length / 5)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", length / 20)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.optimize("HighOrder")
