@@ -1,10 +1,7 @@
 """Loads on boundary faces as tractions at points, for splines and for elements of a deck.
 
-A force and a moment are distributed by a traction that is linear in the place, so that the faces
-can deform: t = F / A + (I^-1 M) x r, where r is the vector from the centroid, I the integral of
-(r.r) 1 - r r^T, and M the moment about the centroid (a distributing coupling of other programs).
-A bearing load is a pressure in proportion to the cosine of the angle between face and load, where
-the load pushes against the face.
+Forces and moments act as by a distributing coupling, with a traction that is linear in the place; a
+bearing load is a pressure in proportion to the cosine (docs/theory/analysis.md).
 """
 
 import ast
@@ -91,23 +88,32 @@ class Load:
 
 
 def at_points(given: float | str, points: np.ndarray) -> np.ndarray:
-    """(P,) values of a number, or of an expression such as "1e3 * (5 - z)" at points (P, 3)."""
+    """(P,) values of a number, or of an expression such as "1e3 * (5 - z)", at points (P, 3).
+
+    Raises InputError where an expression has no finite value.
+    """
     if isinstance(given, str):
         names = {**KNOWN, **dict(zip("xyz", points.T, strict=True)), "__builtins__": {}}
-        given = eval(compile(given, "expression", "eval"), names)
-    return np.broadcast_to(np.asarray(given, np.float64), len(points))
+        with np.errstate(all="ignore"):
+            given = eval(compile(given, "expression", "eval"), names)
+    found = np.broadcast_to(np.asarray(given, np.float64), len(points))
+    if not np.isfinite(found).all():
+        at = points[np.isfinite(found).argmin()]
+        raise InputError(f"an expression of the analysis has no finite value at {at}")
+    return found
 
 
 def check_expression(name: str, given: object) -> None:
     """Raise ValueError unless `given` is a number or an expression of x, y, z and `KNOWN`."""
-    if is_number(given):
-        return
     try:
-        nodes = list(ast.walk(ast.parse(str(given), mode="eval")))
-    except SyntaxError:
-        nodes = [ast.Pass()]
-    names = {node.id for node in nodes if isinstance(node, ast.Name)}
-    if not all(isinstance(n, TERMS) for n in nodes) or not names <= {*KNOWN, *"xyz"}:
+        text: Any = str(given) if is_number(given) else given
+        nodes = list(ast.walk(ast.parse(text, mode="eval")))
+        names = {node.id for node in nodes if isinstance(node, ast.Name)}
+        valid = all(isinstance(node, TERMS) for node in nodes) and names <= {*KNOWN, *"xyz"}
+        valid = valid and at_points(text, np.ones((1, 3))).shape == (1,)
+    except (SyntaxError, TypeError, ValueError, ArithmeticError) as error:
+        valid = isinstance(error, InputError)  # it may be finite elsewhere
+    if not valid:
         raise ValueError(
             f"{name} must be a number or an expression of x, y, z, pi, {', '.join(FUNCTIONS)}; "
             f"got {given!r}"

@@ -63,10 +63,23 @@ def test_expressions_are_evaluated_at_points():
     assert at_points(2, points) == pytest.approx([2, 2])
 
 
-@pytest.mark.parametrize("text", ["x +", "q", "x.real", "[x]", "__import__('os')", "lambda: x"])
-def test_other_expressions_are_refused(text):
+@pytest.mark.parametrize(
+    "given",
+    [
+        *("x +", "q", "x.real", "[x]", "__import__('os')", "lambda: x", "'a'", "x(3)", "sqrt"),
+        *("1 / 0", True, [1], None),
+    ],
+)
+def test_other_expressions_are_refused(given):
     with pytest.raises(ValueError, match="an expression of x, y, z"):
-        check_expression("pressure", text)
+        check_expression("pressure", given)
+
+
+def test_an_expression_without_a_finite_value_is_refused_with_the_place():
+    check_expression("pressure", "sqrt(x - 2)")
+    assert at_points("sqrt(x - 2)", np.array([[3.0, 0, 0]])) == pytest.approx([1])
+    with pytest.raises(InputError, match="no finite value at .1. 5. 6.."):
+        at_points("sqrt(x - 2)", np.array([[3.0, 0, 0], [1, 5, 6]]))
 
 
 def test_water_lifts_a_block_by_its_weight():

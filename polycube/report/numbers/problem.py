@@ -102,7 +102,7 @@ def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
             axis, at = _vector(problem.rotation.axis), _numbers(problem.rotation.point)
             yield None, f"Rotation of {number(problem.rotation.rpm)} rpm about {at}, {axis}"
         if problem.temperature:
-            yield None, f"Temperature {_given(problem.temperature)} K above that without stress"
+            yield None, f"Temperature {problem.temperature} K above that without stress"
     if isinstance(problem, Conduction):
         for flow in problem.flows:
             into = describe_place(flow.place)[0]
@@ -119,7 +119,7 @@ def _applied(load: Load) -> Iterator[str]:
     elif load.pressure:
         yield f"{'Pressure' if load.pressure > 0 else 'Suction'} of {stress(load.pressure)} on {on}"
     if any(isinstance(each, str) for each in load.traction):
-        yield f"Traction of ({', '.join(map(_given, load.traction))}) Pa on {on}"
+        yield f"Traction of ({', '.join(map(str, load.traction))}) Pa on {on}"
     elif any(load.traction):
         size = stress(float(np.linalg.norm(load.traction)))
         yield f"Traction of {size} on {on}, {_vector(load.traction)}"
@@ -145,10 +145,6 @@ def stress(value: float) -> str:
 
 def _numbers(values: Sequence[float]) -> str:
     return f"({', '.join(map(number, values))})"
-
-
-def _given(value: float | str) -> str:
-    return value if isinstance(value, str) else number(value)
 
 
 def _vector(value: Sequence[float]) -> str:
