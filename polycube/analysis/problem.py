@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from polycube.analysis.loads import Load
+from polycube.analysis.loads import Load, Vector
 from polycube.types.checks import is_number
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

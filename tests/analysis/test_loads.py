@@ -78,7 +78,7 @@ def test_other_expressions_are_refused(given):
 def test_an_expression_without_a_finite_value_is_refused_with_the_place():
     check_expression("pressure", "sqrt(x - 2)")
     assert at_points("sqrt(x - 2)", np.array([[3.0, 0, 0]])) == pytest.approx([1])
-    with pytest.raises(InputError, match="no finite value at .1. 5. 6.."):
+    with pytest.raises(InputError, match=r"no finite value at .1\. 5\. 6\.\]"):
         at_points("sqrt(x - 2)", np.array([[3.0, 0, 0], [1, 5, 6]]))
 
 
