@@ -295,13 +295,10 @@ def test_a_round_end_between_two_caps_becomes_a_wall(turn):
     assert part.levels == pytest.approx(np.array([-1, 1]) / 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "handles", "error", "most"),
-    [
-        ("countersunk", 4, 0.01, 4000),
-        pytest.param("lug", 3, 0.02, 2200, marks=pytest.mark.slow),
-        pytest.param("tee", 2, 0.09, 4500, marks=pytest.mark.slow),
-    ],
+    [("countersunk", 4, 0.01, 4000), ("lug", 3, 0.02, 2200), ("tee", 2, 0.09, 4500)],
 )
 def test_parts_with_bosses_in_other_directions_are_swept(name, handles, error, most, tmp_path):
     """Before the fit, the walls of two equal pipes are too thick where these meet."""
