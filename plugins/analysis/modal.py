@@ -31,6 +31,8 @@ class Modal(OfProblem):
         docs/reference/analysis.md
     gauss : Gauss points per direction and element
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
+    enrich : compute frequencies in all continuous tricubic functions, with errors; false, and with
+        a lumped mass: in the functions of the spline
     """
 
     material: str | Mapping[str, float] = "steel"
@@ -39,6 +41,7 @@ class Modal(OfProblem):
     fixed: tuple[object, ...] = ()
     gauss: int = 4
     mass: str = "consistent"
+    enrich: bool = True
 
     def __post_init__(self) -> None:
         material(self.material)
@@ -70,6 +73,7 @@ class Modal(OfProblem):
             self.gauss,
             problem.is_lumped,
             supports(spline, problem.supports),
+            self.enrich and not problem.is_lumped,
         )
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",

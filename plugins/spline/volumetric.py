@@ -108,12 +108,12 @@ class Optimal(Volumetric):
 class Auto(SplineOptions):
     """h2s where it is accurate enough, else optimal, by an error estimate for the lowest modes.
 
-    The lowest elastic modes with the supports of the analysis are computed with h2s. If the error
-    of a squared frequency, which is about that of a displacement, is larger than `error`, the space
-    is optimal. That is so on thin walls with one or two hexes, and with few hexes along a bending
-    part. If memory, or a limit of 40,000 functions, does not allow optimal, h2s is kept, and the
-    analysis warns. It is also kept for statics, whose displacement and stress are computed with all
-    continuous tricubic functions, whatever the space.
+    The lowest elastic modes with the supports of the analysis are computed with h2s, and their
+    frequencies in all continuous tricubic functions. If the error of a squared frequency is larger
+    than `error`, the space is optimal. That is so on thin walls with one or two hexes. If memory,
+    or a limit of 40,000 functions, does not allow optimal, h2s is kept, and the analysis warns. It
+    is also kept for statics, whose displacement and stress are computed with all continuous
+    tricubic functions, whatever the space.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class Auto(SplineOptions):
         named = replace(spline, sets=sets_of_spline(spline, hexes))
         held = supports(named, prescribed(self.held))
         try:
-            modes = free_modes(named, MATERIALS["steel"], MODES, supports=held)
+            modes = free_modes(named, MATERIALS["steel"], MODES, supports=held, enrich=True)
         except (MeshingError, ValueError):
             return 0.0
         return 2 * max(modes.errors, default=0.0)

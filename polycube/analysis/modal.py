@@ -19,7 +19,7 @@ from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
 from polycube.analysis.peaks import poor_elements
-from polycube.analysis.preconditioner import elastic_preconditioner, single_precision
+from polycube.analysis.preconditioner import CORNERS, elastic_preconditioner, single_precision
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import field_of, gradient_field
 from polycube.analysis.shape import distance_error
@@ -31,9 +31,11 @@ from polycube.units import METRES
 logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
-ESTIMATED = 10  # elastic modes whose error is estimated
-STEPS = 15  # of conjugate gradients for such an estimate
-SAFETY = 3.0  # for what these steps, and tricubic functions on the same elements, do not find
+STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
+# estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
+# vertices, which the correction makes cubic, and of spaces that are cubic before
+REST, REST_OF_CUBIC = 0.3, 1.2
+TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
 
@@ -45,6 +47,7 @@ def free_modes(
     n_gauss: int = 4,
     lumped: bool = False,
     supports: Sequence[Support] = (),
+    enrich: bool = False,
 ) -> Modes:
     """The lowest modes in SI units (omega^2 in 1/s^2, mass in kg), including rigid ones.
 
@@ -55,6 +58,8 @@ def free_modes(
     n_gauss : Gauss points per direction
     lumped : use the row sums of M instead of M; less accurate
     supports : prescribed zero components of the displacement
+    enrich : frequencies in all continuous tricubic functions, and their errors; the shapes remain
+        those of the spline
     """
     constraints = constrain(spline, supports, 3)
     if not 0 < n_modes < constraints.basis.shape[1]:
@@ -74,8 +79,13 @@ def free_modes(
         values, vectors = davidson(near.restricted(stiffness), inertia, near, n_modes, SHIFT)
     shapes = (constraints.basis @ vectors).T.reshape(n_modes, -1, 3)
     rigid = min(n_modes, free_rigid_motions(spline, constraints))
-    elastic = slice(rigid, rigid + ESTIMATED)
-    errors = _errors(unit, material.poisson, n_gauss, supports, values[elastic], shapes[elastic])
+    errors = np.zeros(0)
+    if enrich:
+        # fewer Gauss points do not determine tricubic functions
+        given = material.poisson, max(n_gauss, 4), supports
+        values, errors = _enriched(unit, *given, values, shapes, rigid)
+        order = np.argsort(values, kind="stable")
+        values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
     weight = material.density * length**3
     logger.info("%d modes of %d degrees of freedom", n_modes, constraints.basis.shape[1])
@@ -85,37 +95,47 @@ def free_modes(
         mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
         rigid=rigid,
-        errors=() if lumped else errors,
+        errors=tuple(errors[rigid:].tolist()) if enrich else (),
     )
 
 
-def _errors(
+def _enriched(
     spline: Spline,
     poisson: float,
     n_gauss: int,
     supports: Sequence[Support],
     values: np.ndarray,
     shapes: np.ndarray,
-) -> tuple[float, ...]:
-    """Estimated relative errors of the frequencies of some modes, shapes (K, C, 3).
+    rigid: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (K,) in all continuous tricubic functions, and errors (K,) of frequencies.
 
-    Continuous tricubic functions lower an eigenvalue by nearly the energy that they add to its mode
-    (shapes have a mass of 1); a few steps of conjugate gradients find most of it. The change by the
-    distance of the boundary from the part is added.
+    A few steps of conjugate gradients find most of what these functions add to a mode (shapes have
+    a mass of 1). What is orthogonal to all modes of the spline gives a smaller eigenvalue by the
+    method of Ritz. Relative errors are a share of this correction, and the effect of the distance
+    of the boundary from the part.
     """
+    vertices = len(np.unique(spline.nodes[:, CORNERS]))
+    rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
     solid, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
     elasticity = Elasticity.of(spline, poisson, n_gauss)
     enrichment = Enrichment.of(spline, elasticity, supports)
-    found = []
-    for value, shape in zip(values, shapes, strict=True):
-        moved = spline.extraction @ shape
-        rest = value * elasticity.inertia(moved) - elasticity.forces(moved)
-        more, _, _ = enrichment.solve(rest, most=STEPS)
+    found, errors = values.copy(), np.zeros(len(values))
+    for i in range(rigid, len(values)):
+        value, moved = values[i], spline.extraction @ shapes[i]
+        resisting = elasticity.forces(moved)
+        more, _, _ = enrichment.solve(value * elasticity.inertia(moved) - resisting, most=STEPS)
+        shares = np.einsum("kcd,cd->k", shapes, spline.extraction.T @ elasticity.inertia(more))
+        more -= spline.extraction @ np.tensordot(shares, shapes, 1)
+        mass = max(float((more * elasticity.inertia(more)).sum()), TINY)
+        own = (more * elasticity.forces(more)).sum() / mass
+        coupled = (more * resisting).sum() ** 2 / mass
+        found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
         stress = gradient_field(spline, moved, solid.stress, poor)
         density = field_of(spline, stress, solid.work) - value * (moved**2).sum(axis=1)
-        off = SAFETY * float((rest * more).sum()) + distance_error(spline, density)
-        found.append(off / value / 2)
-    return tuple(found)
+        off = rest * (value - found[i]) + distance_error(spline, density)
+        errors[i] = off / value / 2
+    return found, errors
 
 
 def _direct(

@@ -36,12 +36,12 @@ def strip(layers: int, legs: int = 2, bend: int = 2, wide: int = 2) -> HexMesh:
 
 
 def spline_of(mesh: HexMesh, space: str, **options: object) -> Spline:
-    """A spline without fit, so that all spaces have the same solid."""
+    """A spline without fit, so that all spaces have the same solid, which is the part itself."""
     mesh = hex_mesh(mesh.vertices, mesh.hexes, mesh.quads, patches(mesh))
     mesh = replace(mesh, sets=boundary_sets(mesh))
     made = build("spline", {"plugin": space, "held": HELD, "fit": {"iterations": 0}, **options})
     spline = made(boundary(mesh), mesh)
-    return replace(spline, sets=sets_of_spline(spline, mesh))
+    return replace(spline, sets=sets_of_spline(spline, mesh), offset=np.zeros((0, 25)), tilt=[])
 
 
 def answers(spline: Spline):
@@ -67,9 +67,11 @@ def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers)
     assert len(statics.control) == len(mesh.vertices)
     assert answers(statics)[0][0] == pytest.approx(found[0], rel=1e-3)
     if layers == 1:
+        own = build("analysis", {"plugin": "modal", "fixed": HELD, "enrich": False})(plain)
+        assert own.frequency[0] > 1.05 * exact[1] and not own.errors
         stiff, doubt = answers(plain)
         ratio = doubt / abs(stiff - exact)
-        assert stiff[1] > 1.05 * exact[1] and stiff[0] == pytest.approx(exact[0], rel=0.03)
+        assert stiff[:2] == pytest.approx(exact[:2], rel=0.03)
         assert (ratio > 1).mean() > 0.9 and np.median(ratio) < 5
 
 
