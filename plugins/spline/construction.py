@@ -16,9 +16,8 @@ from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation, distances, edge_strips
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.hierarchy import Space
+from polycube.spline.spaces.hierarchy import Space, refined_spline
 from polycube.spline.spaces.optimal import OptimalSpace
-from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,
@@ -30,7 +29,6 @@ from polycube.spline.spaces.sharp_features import (
     union,
 )
 from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
-from polycube.spline.spaces.subdivision import ControlMesh
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
@@ -44,21 +42,13 @@ REENTRANT = 200  # angle inside the part in degrees above which the stress at an
 
 
 class Construction:
-    """Splines on the same hexes; h2s is fitted once for each set of sharp features.
-
-    Parameters
-    ----------
-    options : their options
-    surface : the part
-    hexes : the mesh
-    """
+    """Splines with the same options on the hexes of a part."""
 
     def __init__(self, options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> None:
         self.options, self.surface, self.hexes = options, surface, hexes
         self.creases = creases_of(options, hexes, surface)
         self.on = unique_cad_faces(hexes, surface)
         self.singular = len(extraordinary_edges(hexes)[0])
-        self.points: list[tuple[Sharp, np.ndarray]] = []  # Bezier points of h2s
 
     def best_trial(self, space: MakesSpace) -> Trial:
         """The spline with the smallest cost.
@@ -94,16 +84,11 @@ class Construction:
     def _trial(self, space: MakesSpace, name: str, sharp: Sharp) -> Trial:
         own = space(self.hexes, sharp, partial(self._start, sharp))
         spline = self._fitted(refined_spline(own, self.options.refine, self.surface, self.singular))
-        if isinstance(own, ControlMesh) and len(spline.nodes) == len(self.hexes.hexes):
-            self.points.append((sharp, spline.extraction @ spline.control))
         floor, lost = self.options.fit.floor, self.creases.lost(sharp)
         return Trial.of(name, spline, sharp, self.surface, floor, lost)
 
     def _start(self, sharp: Sharp) -> np.ndarray:
         """(B, 3) Bezier points of h2s, fitted to the surface."""
-        for known, points in self.points:
-            if all(map(np.array_equal, known, sharp)):
-                return points
         plain = self._fitted(volumetric_spline(self.hexes, *sharp))
         return np.asarray(plain.extraction @ plain.control)
 

@@ -108,12 +108,11 @@ class Optimal(Volumetric):
 class Auto(SplineOptions):
     """h2s where it is accurate enough, else optimal, by an error estimate for the lowest modes.
 
-    The lowest elastic modes with the supports of the analysis are computed with h2s, and their
-    frequencies in all continuous tricubic functions. If the error of a squared frequency is larger
-    than `error`, the space is optimal. That is so on thin walls with one or two hexes. If memory,
-    or a limit of 40,000 functions, does not allow optimal, h2s is kept, and the analysis warns. It
-    is also kept for statics, whose displacement and stress are computed with all continuous
-    tricubic functions, whatever the space.
+    The lowest elastic frequencies with the supports of the analysis are computed from h2s. If the
+    error of a squared frequency is larger than `error`, as on thin walls with one or two hexes, the
+    space is optimal, unless memory or a limit of 40,000 functions does not allow it; then the
+    analysis warns. For statics it is h2s, because displacement and stress are computed with all
+    continuous tricubic functions, whatever the space.
 
     Parameters
     ----------

@@ -13,8 +13,7 @@ from polycube.report.citation import bibtex
 from polycube.report.numbers.problem import problem_of
 from polycube.report.numbers.verdict import about, tiles, verdict, why
 from polycube.report.page import sections
-from polycube.report.page.hexes import features, hex_counts, hexes
-from polycube.report.page.sets import sets
+from polycube.report.page.hexes import features, hex_counts, hexes, sets
 from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, element, render
 from polycube.report.page.views.viewer import viewer

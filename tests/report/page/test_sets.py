@@ -9,7 +9,7 @@ from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.hexmesh.named_sets import kind_of
 from polycube.report.numbers.sets import numbers
-from polycube.report.page.sets import sets
+from polycube.report.page.hexes import sets
 from polycube.report.pictures.colours import AXIS_COLOURS, HOLES, SURFACE
 from polycube.report.pictures.features import both_sides, memberships, quad_colours, set_colours
 from polycube.state import RunState
