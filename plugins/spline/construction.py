@@ -16,8 +16,9 @@ from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation, distances, edge_strips
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.hierarchy import Space, refined_spline
+from polycube.spline.spaces.hierarchy import Space
 from polycube.spline.spaces.optimal import OptimalSpace
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,

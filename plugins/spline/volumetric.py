@@ -132,6 +132,8 @@ class Auto(SplineOptions):
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline of the chosen space; logs the estimate."""
+        from polycube.numerics.memory import available, needed
+
         from .construction import Construction, constructed
 
         made = Construction(self, surface, hexes)
@@ -139,11 +141,12 @@ class Auto(SplineOptions):
         if self.solves == "static":
             return spline
         size = made.size(Optimal.space)
-        if not _is_affordable(size):
+        free = available()
+        if size > MOST or (free is not None and needed(size, is_factored=True) > free):
             logger.info("h2s: optimal would have %d functions, too many", size)
             return spline
         error = self._error(spline, hexes)
-        logger.info("h2s: estimated error of the displacement %.2g %%", 100 * error)
+        logger.info("h2s: estimated error of a squared frequency %.2g %%", 100 * error)
         return spline if error <= self.error else constructed(made, Optimal.space)
 
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
@@ -158,12 +161,3 @@ class Auto(SplineOptions):
         except (MeshingError, ValueError):
             return 0.0
         return 2 * max(modes.errors, default=0.0)
-
-
-def _is_affordable(functions: int) -> bool:
-    """Whether a matrix of so many functions may be factored as a whole."""
-    from polycube.numerics.memory import available, needed
-
-    free = available()
-    wanted = needed(functions, is_factored=True)
-    return functions <= MOST and (free is None or wanted <= free)

@@ -110,10 +110,9 @@ def _enriched(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (K,) in all continuous tricubic functions, and errors (K,) of frequencies.
 
-    A few steps of conjugate gradients find most of what these functions add to a mode (shapes have
-    a mass of 1). What is orthogonal to all modes of the spline gives a smaller eigenvalue by the
-    method of Ritz. Relative errors are a share of this correction, and the effect of the distance
-    of the boundary from the part.
+    A few steps of conjugate gradients find most of what these functions add to a mode. The part
+    orthogonal to all modes of the spline gives a smaller eigenvalue by the method of Ritz. Errors
+    are a share of this correction, and the effect of the distance of the boundary from the part.
     """
     vertices = len(np.unique(spline.nodes[:, CORNERS]))
     rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
