@@ -109,10 +109,9 @@ class Auto(SplineOptions):
     """h2s where it is accurate enough, else optimal, by an error estimate for the lowest modes.
 
     The lowest elastic frequencies with the supports of the analysis are computed from h2s. If the
-    error of a squared frequency is larger than `error`, as on thin walls with one or two hexes, the
-    space is optimal, unless memory or a limit of 40,000 functions does not allow it; then the
-    analysis warns. For statics it is h2s, because displacement and stress are computed with all
-    continuous tricubic functions, whatever the space.
+    error of a squared frequency is larger than `error`, as on thin walls with one or two hexes, and
+    for heat conduction, the space is optimal, if memory and a limit of 40,000 functions allow it.
+    For statics it is h2s: displacement and stress have all continuous tricubic functions anyway.
 
     Parameters
     ----------
@@ -141,13 +140,12 @@ class Auto(SplineOptions):
         if self.solves == "static":
             return spline
         size = made.size(Optimal.space)
-        free = available()
-        if size > MOST or (free is not None and needed(size, is_factored=True) > free):
+        if size > MOST or needed(size, is_factored=True) > (available() or float("inf")):
             logger.info("h2s: optimal would have %d functions, too many", size)
             return spline
-        error = self._error(spline, hexes)
-        logger.info("h2s: estimated error of a squared frequency %.2g %%", 100 * error)
-        return spline if error <= self.error else constructed(made, Optimal.space)
+        if self.solves != "poisson" and self._error(spline, hexes) <= self.error:
+            return spline
+        return constructed(made, Optimal.space)
 
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
         """Largest estimated relative error of the squared frequencies; 0 without det J > 0."""
@@ -160,4 +158,6 @@ class Auto(SplineOptions):
             modes = free_modes(named, MATERIALS["steel"], MODES, supports=held, enrich=True)
         except (MeshingError, ValueError):
             return 0.0
-        return 2 * max(modes.errors, default=0.0)
+        error = 2 * max(modes.errors, default=0.0)
+        logger.info("h2s: estimated error of a squared frequency %.2g %%", 100 * error)
+        return error

@@ -81,6 +81,11 @@ def test_a_compact_free_block_keeps_the_functions_of_its_vertices():
     assert len(spline_of(mesh, "auto", held=[]).control) == len(mesh.vertices)
 
 
+def test_heat_conduction_has_the_larger_space():
+    mesh = hex_box((4, 4, 4))
+    assert len(spline_of(mesh, "auto", held=[], solves="poisson").control) > len(mesh.vertices)
+
+
 @pytest.mark.slow
 def test_the_tolerance_decides():
     mesh = hex_box((4, 4, 4))
