@@ -86,8 +86,7 @@ class Static(OfProblem):
     def _acceleration(self) -> Vector:
         """Gravity; without an option, loads and prescribed displacements, along -z."""
         if self.gravity is not None:
-            x, y, z = self.gravity
-            return x, y, z
+            return self.gravity
         is_moved = any(item.get("value") for _, item in map(split, self.fixed))
         is_loaded = self.loads or self.rotation or self.temperature
         return (0.0, 0.0, 0.0) if is_loaded or is_moved else WEIGHT
@@ -95,15 +94,10 @@ class Static(OfProblem):
     @property
     def problem(self) -> Statics:
         """The problem, for input files of other solvers."""
-        return Statics(
-            self.units,
-            prescribed(self.fixed),
-            material(self.material),
-            tuple(Load(place, **item) for place, item in map(split, self.loads)),
-            self._acceleration,
-            self.rotation,
-            self.temperature,
-        )
+        solid, fixed = material(self.material), prescribed(self.fixed)
+        loads = tuple(Load(place, **item) for place, item in map(split, self.loads))
+        body = self._acceleration, self.rotation, self.temperature
+        return Statics(self.units, fixed, solid, loads, *body)
 
     def __call__(self, spline: Spline) -> Deformation:
         """The deformed solid; logs the resultant of the loads."""

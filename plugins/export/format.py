@@ -77,8 +77,8 @@ class WithProblem:
 
     def __post_init__(self) -> None:
         lacking = [name for name in self.lacks if self.step and getattr(self.problem, name, None)]
-        for name in lacking:
-            what = f"{type(self).__name__} files cannot hold the {name.replace('_', ' ')}"
+        if lacking:
+            what = f"{type(self).__name__} files cannot hold the {lacking[0].replace('_', ' ')}"
             remedy = "use export=[abaqus], or step=false for the mesh alone"
             raise InputError(what, "export", remedy)
 

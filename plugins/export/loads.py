@@ -12,13 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
-from polycube.analysis.loads import NOTHING, Load, at_points
+from polycube.analysis.loads import NOTHING, at_points
 from polycube.analysis.problem import Conduction, Problem, Statics, Vibration
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
 from polycube.types import HexMesh
 from polycube.units import METRES
 
+MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
+STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
 # corners, edges and centre of a face, each the mean of some corners, in [-1, 1]^2
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 PLACES = np.vstack([CORNERS, (CORNERS + np.roll(CORNERS, -1, axis=0)) / 2, [[0, 0]]])
@@ -60,10 +62,6 @@ def _monomials(at: np.ndarray, powers: list[tuple[int, int]], dx: int, dy: int) 
     return np.stack(columns, axis=1)
 
 
-MASSES = {"mm": "t", "m": "kg"}  # name of N s^2/L
-STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
-
-
 class Support(NamedTuple):
     """The nodes at which one component has a prescribed value."""
 
@@ -80,9 +78,9 @@ class Push(NamedTuple):
     place: str | None  # the set of the mesh, if it has a name
     label: str
     quads: np.ndarray
-    pressure: float
-    traction: np.ndarray  # (3,), with a force divided by the area; both 0 if the load varies
-    load: Load
+    pressure: float  # 0 if the load varies
+    faces: AtGaussPoints
+    traction: np.ndarray  # (Q, G, 3) without the pressure; with it, if the load varies
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +143,14 @@ class Loads:
         for k, load in enumerate(getattr(self.problem, "loads", ()), start=1):
             place = None if isinstance(load.place, Mapping) else set_name(load.place)
             quads = self._quads(load.place)
-            area = at_gauss_points(self.elements.points[self.elements.quads[quads]]).areas.sum()
-            even = load if load.is_uniform else Load(load.place)
-            traction = np.array(even.traction) * self._metre**2 + np.array(even.force) / area
-            pressure = float(even.pressure) * self._metre**2
-            found.append(Push(place, f"load_{k}", quads, pressure, traction, load))
+            here = at_gauss_points(self.elements.points[self.elements.quads[quads]])
+            pressure = float(load.pressure) if load.is_uniform else 0.0
+            rest = replace(load, pressure=0.0) if load.is_uniform else load
+            flat = here.points.reshape(-1, 3), here.normals.reshape(-1, 3), here.areas.ravel()
+            traction = rest.traction_at(*flat, self._metre).reshape(here.points.shape)
+            scale = self._metre**2
+            push = place, f"load_{k}", quads, pressure * scale, here, traction * scale
+            found.append(Push(*push))
         return found
 
     @cached_property
@@ -157,13 +158,9 @@ class Loads:
         """(N, 3) forces at the nodes: integrals of their functions over the faces."""
         at_nodes = np.zeros_like(self.elements.points)
         for push in self.pushes:
-            faces = self.elements.quads[push.quads]
-            here = at_gauss_points(self.elements.points[faces])
-            load = replace(push.load, pressure=0.0) if push.load.is_uniform else push.load
-            flat = here.points.reshape(-1, 3), here.normals.reshape(-1, 3), here.areas.ravel()
-            traction = load.traction_at(*flat, self._metre).reshape(here.points.shape)
-            force = here.areas[..., None] * traction * self._metre**2
-            np.add.at(at_nodes, faces, np.einsum("gn,qgi->qni", here.values, force))
+            force = push.faces.areas[..., None] * push.traction
+            own = np.einsum("gn,qgi->qni", push.faces.values, force)
+            np.add.at(at_nodes, self.elements.quads[push.quads], own)
         return at_nodes
 
     @property
@@ -180,8 +177,8 @@ class Loads:
     @cached_property
     def temperature(self) -> np.ndarray:
         """(N,) temperature of the nodes; empty if there is none."""
-        given = self.problem.temperature if isinstance(self.problem, Statics) else 0.0
-        return at_points(given, self.elements.points) if given else np.zeros(0)
+        found = at_points(getattr(self.problem, "temperature", 0.0), self.elements.points)
+        return found if found.any() else np.zeros(0)
 
     @property
     def has_step(self) -> bool:

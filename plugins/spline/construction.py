@@ -51,29 +51,60 @@ class Construction:
         self.on = unique_cad_faces(hexes, surface)
         self.singular = len(extraordinary_edges(hexes)[0])
 
-    def best_trial(self, space: MakesSpace) -> Trial:
-        """The spline with the smallest cost.
+    def best_trial(self, space: MakesSpace, known: Trial | None = None) -> Trial:
+        """The spline with the smallest cost; `known` is the best one of h2s.
 
         Tried are splines with all creases, with the harmless ones, and with all creases and
         straight hexes; each is only made if the earlier ones are not good.
         """
-        options, creases = self.options, self.creases
+        options, creases, trial = self.options, self.creases, partial(self._trial, space, known)
         harmless = sharp_features(options, self.hexes, creases)
         if options.fit.iterations == 0:
-            return self._trial(space, "harmless", harmless)
+            return trial("harmless", harmless)
         all_creases = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
-        trials = [self._trial(space, "all", all_creases)]
+        trials = [trial("all", all_creases)]
         if trials[0].cost > GOOD and not all(map(np.array_equal, all_creases, harmless)):
-            trials.append(self._trial(space, "harmless", harmless))
+            trials.append(trial("harmless", harmless))
         if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
             straightened = creases.straightened(all_creases)
             if len(straightened.straight):
-                trials.append(self._trial(space, "all", straightened))
+                trials.append(trial("all", straightened))
         best = min(trials, key=lambda t: t.cost)
         if options.sharp == "auto" or len(trials) > 1:
             summary = "; ".join(t.summary(self.surface) for t in trials)
             logger.info("creases: %s; %s", best.name, summary)
         return best
+
+    def finished(self, best: Trial) -> Spline:
+        """The spline of a trial; logs how many edges are sharp and the smallest det J."""
+        spline, sharp, surface = best.spline, best.sharp, self.surface
+        jacobian, apart = min_detj(spline), deviation(spline, surface)
+        logger.info(
+            "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
+            "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
+            len(spline.control),
+            len(spline.nodes),
+            len(sharp.edges),
+            len(sharp.straight),
+            spline.extraordinary_edges,
+            jacobian.volume,
+            jacobian.min_detj,
+            jacobian.element,
+            *jacobian.position,
+            jacobian.min_scaled_detj,
+        )
+        logger.info(
+            "99 %% of the boundary of the spline are within %.3f %% of the diagonal, "
+            "99 %% of the surface within %.3f %% of the spline, error of the volume %+.2f %%",
+            100 * apart.to_surface.p99,
+            100 * apart.to_spline.p99,
+            100 * apart.volume,
+        )
+        if jacobian.min_detj <= 0:
+            logger.warning("the spline is not valid: det J is not positive everywhere")
+        offset, tilt = distances(spline, surface)
+        edges = _inner_edges(spline, self.hexes, surface)
+        return replace(spline, inner_edges=edges, offset=offset, tilt=tilt)
 
     def size(self, space: Callable[[HexMesh, Sharp, Start], OptimalSpace]) -> int:
         """About the number of functions of a space with these sharp features, before any fit."""
@@ -82,53 +113,24 @@ class Construction:
         made = space(self.hexes, sharp, lambda: plain.extraction @ plain.control)
         return made.size * 8**self.options.refine.levels
 
-    def _trial(self, space: MakesSpace, name: str, sharp: Sharp) -> Trial:
-        own = space(self.hexes, sharp, partial(self._start, sharp))
+    def _trial(self, space: MakesSpace, known: Trial | None, name: str, sharp: Sharp) -> Trial:
+        own = space(self.hexes, sharp, partial(self._start, sharp, known))
         spline = self._fitted(refined_spline(own, self.options.refine, self.surface, self.singular))
         floor, lost = self.options.fit.floor, self.creases.lost(sharp)
         return Trial.of(name, spline, sharp, self.surface, floor, lost)
 
-    def _start(self, sharp: Sharp) -> np.ndarray:
+    def _start(self, sharp: Sharp, known: Trial | None) -> np.ndarray:
         """(B, 3) Bezier points of h2s, fitted to the surface."""
-        plain = self._fitted(volumetric_spline(self.hexes, *sharp))
+        is_refined = known is not None and len(known.spline.nodes) > len(self.hexes.hexes)
+        if known is None or is_refined or not all(map(np.array_equal, known.sharp, sharp)):
+            plain = self._fitted(volumetric_spline(self.hexes, *sharp))
+        else:
+            plain = known.spline
         return np.asarray(plain.extraction @ plain.control)
 
     def _fitted(self, spline: Spline) -> Spline:
         on = self.on[quads_of_spline(spline, self.hexes)]
         return fit_to_surface(self.options.fit, spline, self.surface, on)
-
-
-def constructed(made: Construction, space: MakesSpace) -> Spline:
-    """The spline; logs how many edges are sharp and the smallest det J."""
-    best, surface, hexes = made.best_trial(space), made.surface, made.hexes
-    spline, sharp = best.spline, best.sharp
-    jacobian, apart = min_detj(spline), deviation(spline, surface)
-    logger.info(
-        "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
-        "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
-        len(spline.control),
-        len(spline.nodes),
-        len(sharp.edges),
-        len(sharp.straight),
-        spline.extraordinary_edges,
-        jacobian.volume,
-        jacobian.min_detj,
-        jacobian.element,
-        *jacobian.position,
-        jacobian.min_scaled_detj,
-    )
-    logger.info(
-        "99 %% of the boundary of the spline are within %.3f %% of the diagonal of the surface, "
-        "99 %% of the surface within %.3f %% of the spline, error of the volume %+.2f %%",
-        100 * apart.to_surface.p99,
-        100 * apart.to_spline.p99,
-        100 * apart.volume,
-    )
-    if jacobian.min_detj <= 0:
-        logger.warning("the spline is not valid: det J is not positive everywhere")
-    offset, tilt = distances(spline, surface)
-    edges = _inner_edges(spline, hexes, surface)
-    return replace(spline, inner_edges=edges, offset=offset, tilt=tilt)
 
 
 def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray:

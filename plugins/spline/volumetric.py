@@ -41,9 +41,10 @@ class Volumetric(SplineOptions, ABC):
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
-        from .construction import Construction, constructed
+        from .construction import Construction
 
-        return constructed(Construction(self, surface, hexes), self.space)
+        made = Construction(self, surface, hexes)
+        return made.finished(made.best_trial(self.space))
 
 
 @register("spline", "c0")
@@ -131,21 +132,17 @@ class Auto(SplineOptions):
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline of the chosen space; logs the estimate."""
-        from polycube.numerics.memory import available, needed
-
-        from .construction import Construction, constructed
+        from .construction import Construction
 
         made = Construction(self, surface, hexes)
-        spline = constructed(made, H2S.space)
-        if self.solves == "static":
-            return spline
-        size = made.size(Optimal.space)
-        if size > MOST or needed(size, is_factored=True) > (available() or float("inf")):
-            logger.info("h2s: optimal would have %d functions, too many", size)
-            return spline
-        if self.solves != "poisson" and self._error(spline, hexes) <= self.error:
-            return spline
-        return constructed(made, Optimal.space)
+        larger = self.solves != "static" and _is_affordable(made.size(Optimal.space))
+        if larger and self.solves == "poisson":
+            return made.finished(made.best_trial(Optimal.space))
+        best = made.best_trial(H2S.space)
+        spline = made.finished(best)
+        if larger and self._error(spline, hexes) > self.error:
+            spline = made.finished(made.best_trial(Optimal.space, best))
+        return spline
 
     def _error(self, spline: Spline, hexes: HexMesh) -> float:
         """Largest estimated relative error of the squared frequencies; 0 without det J > 0."""
@@ -161,3 +158,13 @@ class Auto(SplineOptions):
         error = 2 * max(modes.errors, default=0.0)
         logger.info("h2s: estimated error of a squared frequency %.2g %%", 100 * error)
         return error
+
+
+def _is_affordable(functions: int) -> bool:
+    """Whether a matrix of so many functions may be factored as a whole."""
+    from polycube.numerics.memory import available, needed
+
+    if functions > MOST or needed(functions, is_factored=True) > (available() or float("inf")):
+        logger.info("h2s: optimal would have %d functions, too many", functions)
+        return False
+    return True

@@ -49,6 +49,7 @@ class Elasticity:
     @classmethod
     def of(cls, spline: Spline, poisson: float, n_gauss: int = 4) -> Elasticity:
         """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
+        n_gauss = max(n_gauss, 4)  # fewer do not determine tricubic functions
         line, weights = gauss(n_gauss)
         matrix = _jacobians(bezier_points(spline), volume_basis(line)[1])
         nodes = spline.nodes.ravel()

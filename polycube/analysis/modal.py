@@ -81,9 +81,7 @@ def free_modes(
     rigid = min(n_modes, free_rigid_motions(spline, constraints))
     errors = np.zeros(0)
     if enrich:
-        # fewer Gauss points do not determine tricubic functions
-        given = material.poisson, max(n_gauss, 4), supports
-        values, errors = _enriched(unit, *given, values, shapes, rigid)
+        values, errors = _enriched(unit, material.poisson, n_gauss, supports, values, shapes, rigid)
         order = np.argsort(values, kind="stable")
         values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
@@ -95,7 +93,7 @@ def free_modes(
         mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
         rigid=rigid,
-        errors=tuple(errors[rigid:].tolist()) if enrich else (),
+        errors=tuple(errors[rigid:].tolist()),
     )
 
 
@@ -119,7 +117,7 @@ def _enriched(
     solid, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
     elasticity = Elasticity.of(spline, poisson, n_gauss)
     enrichment = Enrichment.of(spline, elasticity, supports)
-    found, errors = values.copy(), np.zeros(len(values))
+    found, density = values.copy(), np.zeros((len(enrichment.step), len(values)))
     for i in range(rigid, len(values)):
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
@@ -131,10 +129,9 @@ def _enriched(
         coupled = (more * resisting).sum() ** 2 / mass
         found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
         stress = gradient_field(spline, moved, solid.stress, poor)
-        density = field_of(spline, stress, solid.work) - value * (moved**2).sum(axis=1)
-        off = rest * (value - found[i]) + distance_error(spline, density)
-        errors[i] = off / value / 2
-    return found, errors
+        density[:, i] = field_of(spline, stress, solid.work) - value * (moved**2).sum(axis=1)
+    off = rest * (values - found) + distance_error(spline, density)
+    return found, off / values.clip(TINY) / 2
 
 
 def _direct(

@@ -20,15 +20,15 @@ SAFETY = 2.0  # factor of the estimated error, for what the first order does not
 NOTCH = 2.0
 
 
-def distance_error(spline: Spline, density: np.ndarray) -> float:
-    """Estimated error by the distance of the part from the spline.
+def distance_error(spline: Spline, density: np.ndarray) -> np.ndarray:
+    """Estimated errors by the distance of the part from the spline.
 
-    That is `SAFETY` times the size of the integral of a density (B,) times this distance over the
-    boundary; 0 if the distance is not known.
+    That is `SAFETY` times the size of the integral of densities (B, ...) times this distance over
+    the boundary; 0 if the distance is not known.
     """
     if not len(spline.offset):
-        return 0.0
+        return np.zeros(density.shape[1:])
     points = spline.extraction @ spline.control
     nodal = replace(spline, control=points, extraction=eye(len(points), format="csr"))
     here = trace(nodal, np.arange(len(spline.sides)))
-    return SAFETY * abs(float((here.area * spline.offset.ravel()) @ (here.shape @ density)))
+    return SAFETY * abs((here.area * spline.offset.ravel()) @ (here.shape @ density))

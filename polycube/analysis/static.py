@@ -113,7 +113,9 @@ def deform(
     # what a layer on the boundary adds to twice the energy, see `shape`
     gain = field_of(spline, stresses["stress"], material.work)
     gain = 2 * density * metre * (displacement * pull).sum(axis=1) - gain
-    apart = distance_error(spline, gain) * metre**3 / max(2 * stresses["strain_energy"], TINY)
+    apart = (
+        float(distance_error(spline, gain)) * metre**3 / max(2 * stresses["strain_energy"], TINY)
+    )
     most = np.linalg.norm(samples(spline, displacement), axis=2).max()
     return Deformation(
         displacement=displacement,

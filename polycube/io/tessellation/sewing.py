@@ -6,6 +6,10 @@ from types import ModuleType
 import numpy as np
 from scipy.spatial import cKDTree
 
+TOLERANCES = (1e-5, 3e-5, 1e-4)  # of the diagonal: gaps that are closed
+ROUNDING = 1e-6  # of the diagonal: smaller gaps are not reported
+ACROSS = np.linspace(0, 1, 9)  # parameters of the points of an edge where its gap is measured
+NEAR = 12  # points of other edges from which the closest one is sought
 MOST_OF_ALL = 150_000  # triangles on all round faces, unless that takes less than half the segments
 MOST = 2000  # triangles on a fillet, unless they leave it too far
 SAGITTA = 5e-4  # of the diagonal: largest distance of larger triangles from a fillet
@@ -89,12 +93,6 @@ def _curvature(gmsh: ModuleType, dim: int, tag: int) -> float:
     grids = np.meshgrid(*(a + (b - a) * SAMPLES for a, b in zip(low, high, strict=True)))
     places = np.stack(grids, axis=-1).ravel()
     return float(np.abs(gmsh.model.getCurvature(dim, tag, places)).max(initial=0))
-
-
-TOLERANCES = (1e-5, 3e-5, 1e-4)  # of the diagonal: gaps that are closed
-ROUNDING = 1e-6  # of the diagonal: smaller gaps are not reported
-ACROSS = np.linspace(0, 1, 9)  # parameters of the points of an edge where its gap is measured
-NEAR = 12  # points of other edges from which the closest one is sought
 
 
 def sew(gmsh: ModuleType) -> dict[str, np.ndarray]:

@@ -31,6 +31,9 @@ from polycube.types import HexMesh, Json, TriMesh
 KINDS_OF_SETS = {"direction": "direction", "hole": "hole", "cad_face": "CAD face", "patch": "patch"}
 FLAT = 0.3  # length of the mean normal below which a set has no direction
 DIFFERS = 0.1  # of the area of the CAD face: larger differences of its set are shown
+N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
+N_SHOWN = 10  # rows, the worst first
+N_LOST = 60  # lost features in the table, the farthest first
 
 
 def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -100,11 +103,6 @@ def _direction(normal: list[float]) -> str | None:
     """The mean normal; None if the set has no direction."""
     length = sum(c * c for c in normal) ** 0.5
     return point(normal, 2) if length > FLAT else None
-
-
-N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
-N_SHOWN = 10  # rows, the worst first
-N_LOST = 60  # lost features in the table, the farthest first
 
 
 def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:

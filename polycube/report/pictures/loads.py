@@ -13,6 +13,7 @@ from polycube.report.pictures.colours import HELD, LOADED, SURFACE, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
 from polycube.surface.measures import unit
 from polycube.types import HexMesh
+from polycube.units import METRES
 
 CONE, ARROW = 0.035, 0.11  # lengths of the symbols, as shares of the diagonal
 SLENDER = 0.3  # radius of a cone, as a share of its length
@@ -40,13 +41,13 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
         own = quads_of(mesh, place)
         is_loaded[own] = 1
         normals = unit(faces.normal[own])
-        vectors = np.zeros_like(normals) + vectors_at(faces.middle[own], normals, faces.area[own])
-        acts = np.linalg.norm(vectors, axis=1) > WEAK * np.linalg.norm(vectors, axis=1).max()
-        where = np.full(len(mesh.quads), -1)
-        where[own] = np.arange(len(own))
-        for quad in spread(faces, own[acts], SPACING * size):
-            at, k = faces.middle[quad], where[quad]
-            arrows.append(_pushed(at, normals[k], vectors[k], ARROW * size))
+        vectors = np.zeros((len(mesh.quads), 3))
+        vectors[own] = vectors_at(faces.middle[own], normals, faces.area[own])
+        lengths = np.linalg.norm(vectors, axis=1)
+        acting = np.flatnonzero(lengths > WEAK * lengths.max())
+        for quad in spread(faces, acting, SPACING * size) if len(acting) else ():
+            at, normal = faces.middle[quad], faces.normal[quad]
+            arrows.append(_pushed(at, normal, vectors[quad], ARROW * size))
     if isinstance(problem, Statics) and any(problem.acceleration):
         arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
@@ -59,7 +60,8 @@ def _forces(problem: Problem) -> list[tuple[object, Callable[..., np.ndarray]]]:
     """Place of each load, and its direction from points, normals and areas of faces."""
     found: list[tuple[object, Callable[..., np.ndarray]]] = []
     if isinstance(problem, Statics):
-        found += [(load.place, partial(load.traction_at, metre=1.0)) for load in problem.loads]
+        metre = METRES[problem.units]
+        found += [(load.place, partial(load.traction_at, metre=metre)) for load in problem.loads]
         for support in problem.supports:
             if any(support.values):
                 vector = np.zeros(3)
@@ -67,8 +69,7 @@ def _forces(problem: Problem) -> list[tuple[object, Callable[..., np.ndarray]]]:
                 found.append((support.place, lambda *_, way=vector: way))
     if isinstance(problem, Conduction):
         for flow in problem.flows:
-            if flow.flux:
-                found.append((flow.place, lambda _, n, __, flux=flow.flux: -flux * n))
+            found.append((flow.place, lambda _, n, __, flux=flow.flux: -flux * n))
     return found
 
 
