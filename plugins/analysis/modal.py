@@ -29,7 +29,7 @@ class Modal(OfProblem):
     modes : number of modes, including rigid ones (six without supports)
     fixed : supports: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
         docs/reference/analysis.md
-    gauss : Gauss points per direction and element
+    gauss : Gauss points per direction and element; at least 4 for the continuous functions
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     enrich : compute frequencies in all continuous tricubic functions, with errors; false, and with
         a lumped mass: in the functions of the spline

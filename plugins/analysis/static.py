@@ -40,7 +40,7 @@ class Static(OfProblem):
     temperature : in K above that without stress: a number or an expression of x, y, z
     gravity : acceleration in m/s^2; null: [0, 0, -9.81] if nothing else loads or moves
         the part
-    gauss : Gauss points per direction and element
+    gauss : Gauss points per direction and element; at least 4 for the continuous functions
     away : distance as a share of the diagonal; places closer to sharp inner edges, borders of
         supports and loads on small areas, where the stress is unbounded, are excluded from the
         largest stress
