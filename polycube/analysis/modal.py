@@ -109,8 +109,8 @@ def _enriched(
     """Eigenvalues (K,) in all continuous tricubic functions, and errors (K,) of frequencies.
 
     A few steps of conjugate gradients find most of what these functions add to a mode. The part
-    orthogonal to all modes of the spline gives a smaller eigenvalue by the method of Ritz. Errors
-    are a share of this correction, and the effect of the distance of the boundary from the part.
+    orthogonal to this mode and the lower ones gives a smaller eigenvalue by the method of Ritz.
+    Errors are a share of this correction, and the effect of the distance of the boundary.
     """
     vertices = len(np.unique(spline.nodes[:, CORNERS]))
     rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
@@ -122,8 +122,9 @@ def _enriched(
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
         more, _, _ = enrichment.solve(value * elasticity.inertia(moved) - resisting, most=STEPS)
-        shares = np.einsum("kcd,cd->k", shapes, spline.extraction.T @ elasticity.inertia(more))
-        more -= spline.extraction @ np.tensordot(shares, shapes, 1)
+        lower = shapes[: i + 1]
+        shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ elasticity.inertia(more))
+        more -= spline.extraction @ np.tensordot(shares, lower, 1)
         mass = max(float((more * elasticity.inertia(more)).sum()), TINY)
         own = (more * elasticity.forces(more)).sum() / mass
         coupled = (more * resisting).sum() ** 2 / mass

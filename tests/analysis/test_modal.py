@@ -186,3 +186,14 @@ def test_enriched_frequencies_are_those_of_all_continuous_tricubic_functions():
     assert off.max() > 0.05 and abs(rest).max() < 0.1 * off.max()
     assert (np.diff(better.frequency) >= 0).all() and len(better.errors) == 6
     assert (np.array(better.errors) > abs(rest)).mean() > 0.5
+
+
+def test_enriched_frequencies_do_not_depend_on_the_number_of_modes():
+    spline = box((4, 2, 2), (3.0, 1.5, 1.0))
+    x, y, z = spline.control.T
+    bent = np.column_stack([x + 0.2 * y * z, y + 0.1 * x**2, z - 0.1 * x * y])  # no symmetry
+    few, many = (
+        free_modes(replace(spline, control=bent), Material(3.0, 0.3, 2.0), n, "m", enrich=True)
+        for n in (9, 20)
+    )
+    assert few.frequency[6:] == pytest.approx(many.frequency[6:9], rel=1e-8)
