@@ -6,8 +6,10 @@ Of each part, the two CAD faces (at least 1 % of the area) whose centroids are f
 chosen; one is clamped, and on the other acts a force of 100 N along the axis that is closest to
 perpendicular to the line between them.  Seconds are CPU seconds of all processes from the STEP file
 on, so a space or a deck on the automatic hexes includes their meshing.  The compared numbers are
-the work of the force and the largest displacement.  The error of the work is the square of the
-relative error in the energy norm.
+the work of the force, the largest displacement and the largest regular stress (von Mises).  The
+error of the work is the square of the relative error in the energy norm.  This program reports
+its largest regular stress; that of CalculiX is the largest at the nodes near the place where the
+reference has its largest one.
 
 The reference of a part is the optimal spline on smaller hexes.  OUTPUT/PART.json holds a row per
 model, so that a study goes on where it ended; OUTPUT/table.md and OUTPUT/plot.png show all of them.
@@ -24,6 +26,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import gmsh
 import matplotlib.pyplot as plt
@@ -42,7 +45,10 @@ ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # nodes of a tetrahedron of Gmsh in the 
 SHARES = (0.5, 0.65, 0.8)  # sizes of the hexes of a reference, of those of the first mesh
 LARGEST = 350_000  # unknowns of a reference, about
 REFERENCE = "optimal, smaller hexes"
-Row = dict[str, float]
+NEAR = 0.03  # diagonals: how far from the place of the largest stress that of CalculiX may lie
+NUMBERS = ("work", "displacement", "stress")
+ESTIMATES = {"displacement": "displacement_error", "stress": "max_von_mises_error"}
+Row = dict[str, Any]
 
 
 class Case:
@@ -50,6 +56,7 @@ class Case:
 
     def __init__(self, part: Path) -> None:
         surface, _ = read_surface(part)
+        self.radius = NEAR * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
         area = face_areas(surface)
         middles = surface.vertices[surface.faces].mean(axis=1)
         total = np.bincount(surface.region, area)
@@ -119,19 +126,25 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
         return sum(own for name, own in seconds.items() if name not in kept)
 
     def deck(name: str) -> Row:
-        return {**calculix(folder / name / "hex.inp"), "seconds": meshed()}
+        found = calculix(folder / name / "hex.inp", rows[REFERENCE]["at"], case.radius)
+        return {**found, "seconds": meshed()}
+
+    def free(size: float, round_ones: int) -> Row:
+        at = folder / f"tetrahedra-{size:g}.inp"
+        tetrahedra(case, at, size, round_ones)
+        return calculix(at, rows[REFERENCE]["at"], case.radius)
 
     found = {
         "auto": automatic,
         "h2s": lambda: spline(first, "h2s", "C3D20R"),
         "optimal": lambda: spline(first, "optimal", "C3D8I"),
+        REFERENCE: reference,
         "C3D20R": lambda: deck("auto-h2s"),
         "C3D8I": lambda: deck("auto-optimal"),
     }
     for size, round_ones in TETRAHEDRA.items():
-        at = folder / f"tetrahedra-{size:g}.inp"
-        found[f"C3D10, {100 * size:g} %"] = partial(tetrahedra, case, at, size, round_ones)
-    return {**found, REFERENCE: reference}
+        found[f"C3D10, {100 * size:g} %"] = partial(free, size, round_ones)
+    return found
 
 
 def hexes(run: Path) -> int:
@@ -154,12 +167,17 @@ def solved(run: Path) -> Row:
         "unknowns": 3 * report["spline"]["functions"],
         "work": 2 * static["strain_energy"],
         "displacement": static["max_displacement"],
-        "estimate": static["displacement_error"],
+        "stress": static["max_von_mises"],
+        "at": static["max_von_mises_at"],
+        "estimates": {name: static[kept] for name, kept in ESTIMATES.items()},
     }
 
 
-def calculix(deck: Path) -> Row:
-    """The numbers that CalculiX finds for a deck; the displacement of all nodes is requested."""
+def calculix(deck: Path, place: list[float], radius: float) -> Row:
+    """The numbers that CalculiX finds for a deck; the displacement of all nodes is requested.
+
+    The stress is the largest at the nodes within a radius of a place.
+    """
     text = deck.read_text()
     if "*NODE PRINT" not in text:
         text = text.replace("*END STEP", "*NODE PRINT, NSET=all\nU\n*END STEP")
@@ -174,11 +192,30 @@ def calculix(deck: Path) -> Row:
     forces = (line.split(",") for line in loads)
     work = sum(float(f) * at[int(node)][int(axis) - 1] for node, axis, f in forces) * 1e-3
     largest = float(np.linalg.norm(moved[:, 1:], axis=1).max())
-    return {"unknowns": 3 * nodes(deck), "work": work, "displacement": largest}
+    stress = 1e6 * largest_stress(deck.with_suffix(".frd"), place, radius)
+    return {"unknowns": 3 * nodes(deck), "work": work, "displacement": largest, "stress": stress}
 
 
-def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> Row:
-    """The numbers of second-order tetrahedra of Gmsh, of a size in diagonals and round curves."""
+def largest_stress(file: Path, place: list[float], radius: float) -> float:
+    """Largest von Mises stress at the nodes within a radius of a place, of a file of CalculiX."""
+    text = file.read_text()
+    points, stresses = rows_after(text, "    2C", 3), rows_after(text, " -4  STRESS", 6)
+    near = np.linalg.norm(points[:, 1:] - place, axis=1) < radius
+    own = stresses[np.isin(stresses[:, 0], points[near, 0]), 1:]
+    normal, shear = own[:, :3], own[:, 3:]
+    apart = ((normal - np.roll(normal, 1, axis=1)) ** 2).sum(axis=1) / 2
+    return float(np.sqrt(apart + 3 * (shear**2).sum(axis=1)).max())
+
+
+def rows_after(text: str, header: str, count: int) -> np.ndarray:
+    """Node and numbers (N, 1 + count) of the rows that follow a header in a file of CalculiX."""
+    ends = [(3, 13), *((13 + 12 * i, 25 + 12 * i) for i in range(count))]
+    rows = text.partition(header)[2].partition("\n -3")[0].splitlines()
+    return np.array([[float(row[i:j]) for i, j in ends] for row in rows if row[:3] == " -1"])
+
+
+def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> None:
+    """Write a deck of second-order tetrahedra of Gmsh, of a size in diagonals and round curves."""
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -228,28 +265,26 @@ def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> Row:
     lines += [f"{number[tag]}, 1, 3" for tag in ends.tolist()]
     lines.append("*CLOAD")
     lines += [f"{number[tag]}, {axis + 1}, {FORCE * own:.12e}" for tag, own in share.items()]
-    deck.write_text("\n".join([*lines, "*END STEP"]) + "\n")
-    return calculix(deck)
+    deck.write_text("\n".join([*lines, "*EL FILE", "S", "*END STEP"]) + "\n")
 
 
-def errors(row: Row, reference: Row) -> tuple[float, float]:
-    """Errors of the work and of the largest displacement, in per cent of the reference's."""
-    names = ("work", "displacement")
-    return tuple(100 * (row[name] / reference[name] - 1) for name in names)  # type: ignore[return-value]
+def errors(row: Row, reference: Row) -> list[float]:
+    """Errors of work, largest displacement and largest stress, in per cent of the reference's."""
+    return [100 * (row[name] / reference[name] - 1) for name in NUMBERS]
 
 
 def table(found: dict[str, dict[str, Row]]) -> list[str]:
     """Lines of a table in Markdown."""
-    lines = ["| part | model | unknowns | work, % | displacement, % | estimate, % | CPU s |"]
-    lines.append("|---|---|---|---|---|---|---|")
+    names = " | ".join(f"{name}, %" for name in NUMBERS)
+    lines = [f"| part | model | unknowns | {names} | estimates, % | CPU s |", "|---" * 8 + "|"]
     for part, rows in found.items():
         for name, row in rows.items():
-            work, moved = errors(row, rows[REFERENCE])
-            own = 100 * row["estimate"] / row["displacement"] if "estimate" in row else None
-            estimate = "" if own is None else f"{own:.2g}"
+            own = row.get("estimates", {})
+            estimates = ", ".join(f"{100 * off / row[what]:.2g}" for what, off in own.items())
+            off = " | ".join(f"{each:+.2f}" for each in errors(row, rows[REFERENCE]))
             lines.append(
-                f"| {part} | {name} | {row['unknowns']:,} | {work:+.2f} | {moved:+.2f} "
-                f"| {estimate} | {row['seconds']:.1f} |"
+                f"| {part} | {name} | {row['unknowns']:,} | {off} | {estimates} "
+                f"| {row['seconds']:.1f} |"
             )
     return lines
 

@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 from polycube.analysis.constraints import Support
 from polycube.analysis.element_forces import elastic_forces
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import TO_BEZIER
+from polycube.analysis.recovery import TO_BEZIER, jacobians, volumes
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
 from polycube.spline.boundary import FACES, unshared_faces
@@ -50,13 +50,11 @@ class Elasticity:
     def of(cls, spline: Spline, poisson: float, n_gauss: int = 4) -> Elasticity:
         """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
         n_gauss = max(n_gauss, 4)  # fewer do not determine tricubic functions
-        line, weights = gauss(n_gauss)
-        matrix = _jacobians(bezier_points(spline), volume_basis(line)[1])
         nodes = spline.nodes.ravel()
         return cls(
             points=spline.extraction @ spline.control,
             nodes=spline.nodes,
-            volume=np.linalg.det(matrix) * np.kron(np.kron(weights, weights), weights),
+            volume=volumes(bezier_points(spline), n_gauss),
             n_gauss=n_gauss,
             solid=Material(1.0, poisson, 1.0),
             add=csr_matrix(
@@ -89,7 +87,7 @@ class Elasticity:
         found = np.empty((*self.nodes.shape, 3))
         for start in range(0, len(self.nodes), CHUNK):
             own = slice(start, start + CHUNK)
-            inverse = np.linalg.inv(_jacobians(self.points[self.nodes[own]], gradients))
+            inverse = np.linalg.inv(jacobians(self.points[self.nodes[own]], gradients))
             weight = self.volume[own] * (pressure[self.nodes[own]] @ values.T)
             found[own] = np.einsum("aqm,eqai,eq->emi", gradients, inverse, weight, optimize=True)
         return self.add @ found.reshape(-1, 3)
@@ -102,17 +100,12 @@ class Elasticity:
         found = np.empty((*self.nodes.shape, 3))
         for start in range(0, len(self.nodes), CHUNK):
             own = slice(start, start + CHUNK)
-            inverse = np.linalg.inv(_jacobians(self.points[self.nodes[own]], gradients))
+            inverse = np.linalg.inv(jacobians(self.points[self.nodes[own]], gradients))
             slope = np.einsum("aqm,eqai->eqmi", even, inverse, optimize=True)
             slope **= 2
             each = (shear + lame) * slope + shear * slope.sum(axis=3, keepdims=True)
             found[own] = np.einsum("eqmi,eq->emi", each, self.volume[own])
         return self.add @ found.reshape(-1, 3)
-
-
-def _jacobians(points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
-    """(E, q, 3, 3) dx_i / da of elements (E, 64, 3); gradients (3, q, 64)."""
-    return np.einsum("aqm,emi->eqia", gradients, points, optimize=True)
 
 
 @dataclass(frozen=True, eq=False)

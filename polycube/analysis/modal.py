@@ -31,6 +31,7 @@ from polycube.units import METRES
 logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
+TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
 # vertices, which the correction makes cubic, and of spaces that are cubic before
@@ -69,14 +70,14 @@ def free_modes(
     stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
     near = elastic_preconditioner(unit, constraints, material.poisson, SHIFT)
+    inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
     if near is None:
-        inertia = diags(each) if lumped else mass.full().tocsr()
         values, vectors = _direct(
             stiffness, inertia, constraints, n_modes, constraints.points(spline)
         )
     else:
-        inertia = near.restricted(diags(each) if lumped else mass)
-        values, vectors = davidson(near.restricted(stiffness), inertia, near, n_modes, SHIFT)
+        solid = near.restricted(stiffness), near.restricted(inertia)
+        values, vectors = davidson(*solid, near, n_modes, SHIFT, TOLERANCE)
     shapes = (constraints.basis @ vectors).T.reshape(n_modes, -1, 3)
     rigid = min(n_modes, free_rigid_motions(spline, constraints))
     errors = np.zeros(0)

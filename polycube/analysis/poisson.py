@@ -10,8 +10,19 @@ from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
 from polycube.analysis.problem import Flow
-from polycube.analysis.recovery import gradient_field
+from polycube.analysis.recovery import (
+    SAFETY,
+    TINY,
+    at_places,
+    energy_error,
+    field_of,
+    gradient_field,
+    volumes,
+)
+from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
+from polycube.spline.bernstein import gauss, volume_basis
+from polycube.spline.bezier import bezier_points
 from polycube.types import Potential, Spline
 from polycube.units import METRES
 
@@ -52,13 +63,45 @@ def conduct(
     solve, _ = solvers(stiffness, constraints, constraints.points(spline), near)
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
+    nodal = spline.extraction @ u
+    flux, error, energy = _flux(spline, nodal, conductivity, metre, n_gauss)
+    # what a layer on the boundary adds to the energy, see `shape`; u above its smallest value
+    heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])
+    fields = np.column_stack([2 * heat, nodal - nodal.min(), flux])
+    gain = field_of(
+        spline, fields, lambda x: x[:, 0] * x[:, 1] - (x[:, 2:] ** 2).sum(axis=1) / conductivity
+    )
+    apart = float(distance_error(spline, gain)) / max(energy, TINY)
     return Potential(
         values=u,
-        flux=gradient_field(
-            spline, spline.extraction @ u, lambda slope: -conductivity / metre * slope[:, 0]
-        ),
+        flux=flux,
+        flux_error=error,
+        u_error=(SAFETY * error**2 + apart) * float(np.ptp(nodal)),
         supports=tuple(support.name for support in supports),
         flows=constraints.reactions(stiffness @ u - supplied)[:, 0],
         supplied=float(supplied.sum()),
         units={"length": length_unit, "u": "K", "flux": "W/m^2", "flow": "W"},
     )
+
+
+def _flux(
+    spline: Spline, nodal: np.ndarray, conductivity: float, metre: float, n_gauss: int
+) -> tuple[np.ndarray, float, float]:
+    """The flux (B, 3) of u (B,), its error in the energy norm, and the energy of u.
+
+    The energy is the integral of flux^2 / conductivity in the unit of length of the part.
+    """
+
+    def flux_of(slope: np.ndarray) -> np.ndarray:
+        return -conductivity / metre * slope[:, 0]
+
+    line, _ = gauss(n_gauss)
+    flux = gradient_field(spline, nodal, flux_of)
+    recovered = volume_basis(line)[0] @ flux[spline.nodes]
+    error, energy = energy_error(
+        volumes(bezier_points(spline), n_gauss),
+        lambda field: (field**2).sum(axis=-1) / conductivity,
+        recovered,
+        at_places(spline, nodal, flux_of, line),
+    )
+    return flux, error, energy

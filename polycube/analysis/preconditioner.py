@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.sparse import csr_matrix, eye, spmatrix
+from scipy.sparse import csr_matrix, eye, issparse
 from scipy.sparse.linalg import LinearOperator
 
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
@@ -71,14 +71,15 @@ class Preconditioner:
         solved = self.factor.solve(self._unmixed(self.turned, columns))
         return self._unmixed(self.values, solved).astype(np.float64).reshape(right.shape)
 
-    def restricted(self, matrix: Symmetric | spmatrix) -> LinearOperator:
+    def restricted(self, matrix: Symmetric | csr_matrix) -> LinearOperator:
         """Restrict a matrix (C, C) or (n C, n C) of all unknowns to the free ones."""
         number = int(self.free.sum())
 
         def product(x: np.ndarray) -> np.ndarray:
             every = np.zeros((*self.free.shape, *x.shape[1:]))
             every[self.free] = x
-            found = matrix @ every.reshape(matrix.shape[0], -1)
+            columns = every.reshape(matrix.shape[0], -1)
+            found = times(matrix, columns) if issparse(matrix) else matrix @ columns
             return found.reshape(every.shape)[self.free]
 
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)

@@ -23,6 +23,11 @@ BARLOW = gauss(3)[0]
 _QUADRATIC = bernstein(EVEN_LINE, 2) @ np.linalg.inv(bernstein(BARLOW, 2))
 CARRY = TO_BEZIER @ tensor(*[_QUADRATIC] * 3)  # (64, 27)
 
+# factor of the estimated error of displacements and temperatures: that of the work of the loads is
+# the square of the error of the stress, or the flux, in the energy norm
+SAFETY = 2.0
+TINY = np.finfo(float).tiny
+
 OfGradient = Callable[[np.ndarray], np.ndarray]
 
 
@@ -56,11 +61,35 @@ def at_places(
     _, gradients = volume_basis(line)
     found = []
     for chunk in np.array_split(elements, len(elements) // CHUNK + 1):
-        jacobian = np.einsum("aqm,emi->eqia", gradients, points[chunk], optimize=True)
-        slope = np.einsum("aqm,emd->eqda", gradients, local[chunk], optimize=True)
-        slope = slope @ np.linalg.inv(jacobian)  # (e, q, d, i)
+        slope = jacobians(local[chunk], gradients)
+        slope = slope @ np.linalg.inv(jacobians(points[chunk], gradients))  # (e, q, d, i)
         found.append(of(slope.reshape(-1, *slope.shape[2:])).reshape(*slope.shape[:2], -1))
     return np.concatenate(found)
+
+
+def volumes(points: np.ndarray, n_gauss: int) -> np.ndarray:
+    """(E, q) volume of each Gauss point of elements (E, 64, 3)."""
+    line, weights = gauss(n_gauss)
+    return np.linalg.det(jacobians(points, volume_basis(line)[1])) * tensor(*[weights] * 3)
+
+
+def jacobians(points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+    """(E, q, m, 3) dx_i / da of coefficients (E, 64, m); gradients (3, q, 64)."""
+    return np.einsum("aqm,emi->eqia", gradients, points, optimize=True)
+
+
+def energy_error(
+    volume: np.ndarray, work: OfGradient, recovered: np.ndarray, raw: np.ndarray
+) -> tuple[float, float]:
+    """Error of a field in the energy norm, relative (Zienkiewicz and Zhu 1987), and its energy.
+
+    volume : (E, q) of the Gauss points
+    work : function of a field (E, q, n) -> (E, q)
+    """
+    rest, own, energy = (
+        float((volume * work(field)).sum()) for field in (recovered - raw, recovered, raw)
+    )
+    return np.sqrt(rest / max(own, TINY)), energy
 
 
 def field_of(spline: Spline, nodal: np.ndarray, of: Callable) -> np.ndarray:

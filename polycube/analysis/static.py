@@ -24,7 +24,15 @@ from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material, Rotation
-from polycube.analysis.recovery import at_places, field_of, gradient_field, samples
+from polycube.analysis.recovery import (
+    SAFETY,
+    TINY,
+    at_places,
+    energy_error,
+    field_of,
+    gradient_field,
+    samples,
+)
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -33,10 +41,6 @@ from polycube.units import METRES
 
 logger = logging.getLogger(__name__)
 
-# factor of the estimated error of displacements: that of the work of the loads is the square of the
-# error of the stress in the energy norm
-SAFETY = 3.0
-TINY = np.finfo(float).tiny
 EQUAL = np.array([1.0, 1, 1, 0, 0, 0])  # a stress that is equal in all directions
 
 
@@ -156,18 +160,15 @@ def _stresses(
     values = volume_basis(line)[0]
     raw = at_places(spline, displacement, material.stress, line)
     raw -= (heat[spline.nodes] @ values.T)[..., None] * EQUAL
-    recovered = values @ stress[spline.nodes]
-    rest, own, energy = (
-        (volume * material.work(s)).sum() for s in (recovered - raw, recovered, raw)
-    )
+    error, energy = energy_error(volume, material.work, values @ stress[spline.nodes], raw)
     return {
         "stress": stress,
         "von_mises": equivalent,
         "peak": largest[0],
         "singular": largest[1],
         "poor": int(poor.sum()),
-        "stress_error": float(np.sqrt(rest / max(own, TINY))),
-        "strain_energy": float(energy) / 2,
+        "stress_error": error,
+        "strain_energy": energy / 2,
     }
 
 

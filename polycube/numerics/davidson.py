@@ -19,7 +19,6 @@ from polycube.numerics.threads import parts, side_by_side
 
 logger = logging.getLogger(__name__)
 
-# of the residual, in the norm of the inverse, relative to the root of lambda - shift
 TOLERANCE = 1e-10
 VECTORS_PER_PAIR = 8  # vectors stored per requested pair, before a restart with a quarter of them
 ROUNDING = 1e-6  # residual below which one that does not halve in PATIENCE iterations is final
@@ -35,12 +34,15 @@ def davidson(
     precondition: Callable[[np.ndarray], np.ndarray],
     n_pairs: int,
     shift: float,
+    tolerance: float = TOLERANCE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (K,), ascending, and M-orthonormal vectors (N, K).
 
     precondition : (N, k) -> (N, k), approximate inverse of K - shift M, which is positive definite
+    tolerance : of the residual, in the norm of the inverse, relative to the root of lambda - shift;
+        the relative error of an eigenvalue is its square
 
-    Stops at TOLERANCE, or if rounding errors prevent a smaller residual. Raises MeshingError if
+    Stops at the tolerance, or if rounding errors prevent a smaller residual. Raises MeshingError if
     neither is reached within ITERATIONS.
     """
     start = np.random.default_rng(0).standard_normal((stiffness.shape[0], n_pairs))
@@ -50,20 +52,20 @@ def davidson(
     errors: list[float] = []
     while True:
         values, x, kx, mx = space.ritz(n_pairs)
-        left = np.flatnonzero(error > TOLERANCE)
+        left = np.flatnonzero(error > tolerance)
         residual = kx[:, left] - mx[:, left] * values[left]
         better = precondition(residual)
         energy = np.einsum("nk,nk->k", residual, better)
         error[left] = np.sqrt(np.maximum(energy, 0) / (values[left] - shift))
         errors.append(error.max())
         before = min(errors[:-PATIENCE], default=np.inf)
-        if errors[-1] <= TOLERANCE or (before < ROUNDING and min(errors) > before / 2):
+        if errors[-1] <= tolerance or (before < ROUNDING and min(errors) > before / 2):
             break
         if len(errors) == ITERATIONS:
             raise MeshingError(
                 f"the modes did not converge in {ITERATIONS} iterations: residual {errors[-1]:.1e}"
             )
-        space.add(better[:, error[left] > TOLERANCE])
+        space.add(better[:, error[left] > tolerance])
     logger.info(
         "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e",
         values[0],
@@ -92,9 +94,10 @@ class _Space:
             self._reduce(self._vectors.shape[2] // 4)
         v, _, mv = self._vectors[..., : self.size]
         w = w / np.linalg.norm(w, axis=0)
-        for _ in range(2):
-            w = w - _combined(v, _products(mv, w))
-            mw = self.mass @ w
+        for is_first in (True, False):
+            along = _products(mv, w)
+            w = w - _combined(v, along)
+            mw = self.mass @ w if is_first else mw - _combined(mv, along)
             lengths, turn = np.linalg.eigh(_products(w, mw))
             long = lengths > DEPENDENT * lengths[-1]
             turn = turn[:, long] / np.sqrt(lengths[long])

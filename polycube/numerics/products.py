@@ -51,7 +51,7 @@ class Symmetric:
         n, size = self.blocks.shape[1], len(self.indptr) - 1
         columns = np.ascontiguousarray(x, self.blocks.dtype).reshape(size, n, -1)
         if n != 3:
-            lower = bsr_matrix((self.blocks, self.indices, self.indptr), self.shape)
+            lower = csr_matrix(bsr_matrix((self.blocks, self.indices, self.indptr), self.shape))
             twice = self.blocks[self.indptr[1:] - 1] @ columns  # the diagonal is in both triangles
             return lower @ x + lower.T @ x - twice.reshape(x.shape)
         cuts = parts(size, LEAST)

@@ -110,6 +110,8 @@ class Potential:
     ----------
     values : (C,) coefficients of u at the control points
     flux : (B, 3) Bezier coefficients of the flux
+    flux_error : estimated error of the flux, relative, in the energy norm
+    u_error : estimated error of u
     supports : names of the places where u is prescribed
     flows : (S,) flow into the solid through each of these places
     supplied : flow into the solid from sources and prescribed fluxes
@@ -122,6 +124,8 @@ class Potential:
     flows: np.ndarray
     supplied: float
     units: dict[str, str] = field(default_factory=dict)
+    flux_error: float | None = None
+    u_error: float | None = None
 
     def __post_init__(self) -> None:
         freeze(self, values="C", flux="B 3", flows="S")

@@ -7,7 +7,8 @@ import pytest
 
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.modal import free_modes
-from polycube.analysis.problem import Material
+from polycube.analysis.poisson import conduct
+from polycube.analysis.problem import Material, Prescribed
 from polycube.analysis.shape import NOTCH, SAFETY, distance_error
 from polycube.analysis.static import Load, deform
 from polycube.analysis.supports import prescribed, supports
@@ -33,6 +34,10 @@ def test_the_volume_is_exact():
     assert distance_error(replace(spline, offset=np.zeros((0, 25)), tilt=np.zeros(0)), one) == 0
 
 
+def temperatures(fixed):
+    return [Prescribed(each["at"], (0,), (each["value"],)) for each in fixed]
+
+
 def pulled(spline):
     held = [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"]
     pull = Load(faces_of(spline, "x_max"), force=(1.0, 0.0, 0.0))
@@ -47,6 +52,19 @@ def test_a_thicker_bar_moves_less_by_the_estimate():
     assert found.displacement_error == pytest.approx(SAFETY * 2 * THICK / 0.5 * longest, rel=1e-6)
     assert pulled(grown(bar, "z_max", by=-THICK)).displacement_error > 0
     assert pulled(bar).displacement_error < 1e-9 * longest
+
+
+def test_a_thicker_bar_conducts_more_by_the_estimate():
+    """Between two temperatures, and with a source, which adds heat in the larger volume."""
+    bar = box((4, 2, 2), (4.0, 1.0, 0.5))
+    cold, hot = [{"at": "x_min", "value": 300.0}], [{"at": "x_max", "value": 310.0}]
+    part = grown(bar, "z_min", "z_max")
+    for fixed, source in ((cold + hot, 0.0), (cold, 8.0)):
+        found = conduct(part, 2.0, supports(part, temperatures(fixed)), source=source)
+        longest = np.ptp(found.values)
+        assert found.u_error == pytest.approx(SAFETY * 2 * THICK / 0.5 * longest, rel=1e-6)
+        exact = conduct(bar, 2.0, supports(bar, temperatures(fixed)), source=source)
+        assert exact.u_error < 1e-9 * longest
 
 
 def test_a_notch_raises_the_stress_of_the_boundary():

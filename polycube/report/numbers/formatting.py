@@ -22,7 +22,7 @@ def sentences(report: Json) -> Iterator[str]:
     elif "static" in report:
         found = report["static"]
         unit, place = found["units"]["length"], coordinates(found["max_displacement_at"])
-        moved = f"{number(found['max_displacement'])} {unit}{plus_minus(displacement_error(found))}"
+        moved = f"{number(found['max_displacement'])} {unit}{plus_minus(relative_error(found, 'displacement'))}"
         yield f"largest displacement {moved} at {place}"
         place, on = coordinates(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
@@ -30,7 +30,8 @@ def sentences(report: Json) -> Iterator[str]:
     elif "poisson" in report:
         found = report["poisson"]
         unit, place = found["units"], coordinates(found["max_flux_at"])
-        yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}"
+        error = plus_minus(relative_error(found, "u"))
+        yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}{error}"
         yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
 
 
@@ -46,10 +47,10 @@ def singular_stress(static: Json) -> Iterator[str]:
         )
 
 
-def displacement_error(static: Json) -> float | None:
-    """The estimated error of the largest displacement, as a share of it; None if unknown."""
-    error = static["displacement_error"]
-    return None if error is None else error / max(static["max_displacement"], 1e-300)
+def relative_error(found: Json, name: str) -> float | None:
+    """The estimated error of displacement or u, as a share of its range; None if unknown."""
+    error, least = found.get(f"{name}_error"), found.get(f"min_{name}", 0.0)
+    return None if error is None else error / max(found[f"max_{name}"] - least, 1e-300)
 
 
 def plus_minus(error: float | None) -> str:
@@ -60,8 +61,9 @@ def plus_minus(error: float | None) -> str:
 def cautions(report: Json) -> Iterator[str]:
     """Warnings about the results of the analysis, from the numbers of a report."""
     errors = {"frequency": max(report.get("modes", {}).get("frequency_error", ()), default=None)}
-    if "static" in report:
-        errors["displacement"] = displacement_error(report["static"])
+    for kind, what in (("static", "displacement"), ("poisson", "u")):
+        if kind in report:
+            errors[what] = relative_error(report[kind], what)
     # h2s has one function for each vertex
     functions, vertices = (
         report.get(kind, {}).get(name)

@@ -63,7 +63,9 @@ def _poisson(spline: Spline, found: Potential) -> dict[str, object]:
     return {
         **_largest(spline, "u", u),
         "min_u": float(u.min()),
+        "u_error": found.u_error,
         **_largest(spline, "flux", flux),
+        "flux_error": found.flux_error,
         "flows": [
             {"at": name, "flow": flow}
             for name, flow in zip(found.supports, found.flows.tolist(), strict=True)
@@ -90,7 +92,7 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
     if "static" in report:
         found = report["static"]
         unit = found.get("units", {}).get("length", "")
-        error = formatting.plus_minus(formatting.displacement_error(found))
+        error = formatting.plus_minus(formatting.relative_error(found, "displacement"))
         moved = f"{text(found['max_displacement'])} {unit}{error}"
         place = f"at {coordinates(found['max_von_mises_at'])}"
         on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
@@ -103,5 +105,6 @@ def tiles(report: Json) -> dict[str, tuple[str, str]]:
         unit = found.get("units", {})
         flux = f"{text(found['max_flux'])} {unit.get('flux', '')}"
         ends = f"{text(found['min_u'])} to {text(found['max_u'])} {unit.get('u', '')}"
-        return {"u": (ends.strip(), f"largest flux {flux}".strip())}
+        error = formatting.plus_minus(formatting.relative_error(found, "u"))
+        return {"u": (ends.strip() + error, f"largest flux {flux}".strip())}
     return {}
