@@ -106,7 +106,7 @@ def convergence(surface: TriMesh, mesh: HexMesh) -> dict[str, list[list[float]]]
 def table(found: dict[str, dict]) -> list[str]:
     """Lines of a table in Markdown."""
     lines = [
-        "| part, extraordinary edges | space | functions | error in L2 | falls by | energy | falls by |"
+        "| part, extraordinary edges | space | functions | L2 | falls by | energy | falls by |"
     ]
     lines.append("|---" * 7 + "|")
     for part, of in found.items():

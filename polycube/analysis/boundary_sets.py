@@ -10,16 +10,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 
 from polycube.errors import InputError
+from polycube.hexmesh import named_sets
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import LEVEL
-from polycube.hexmesh.named_sets import (
-    Sets,
-    boundary_sets,
-    listed,
-    may_name,
-    set_name,
-    sets_of_quads,
-)
 from polycube.spline.bernstein import bernstein, derivative, gauss
 from polycube.spline.boundary import N_GAUSS, corner_nodes, edge_strips, grid, sampling
 from polycube.types import HexMesh, Spline
@@ -50,7 +43,7 @@ def quads_of(mesh: HexMesh, where: object) -> np.ndarray:
         return np.unique(mesh_edges_of(mesh, where)[1])
     if isinstance(where, Mapping):
         return _within(mesh.vertices[mesh.quads], where)
-    return _named(mesh.sets or boundary_sets(mesh), where)
+    return _named(mesh.sets or named_sets.boundary_sets(mesh), where)
 
 
 def is_edge(where: object) -> TypeGuard[Mapping[str, Any]]:
@@ -89,16 +82,16 @@ def _between(
 def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
     """The sets of the boundary of a spline alone, with its faces as quads."""
     corners = corner_nodes(spline)
-    return sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
+    return named_sets.sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
 
 
-def check_names(places: Iterable[object], sets: Sets) -> None:
+def check_names(places: Iterable[object], sets: named_sets.Sets) -> None:
     """Raise InputError for the first name or number without a set; accept boxes and planes."""
     names = [name for place in places for name in (place["edge"] if is_edge(place) else [place])]
     for where in names:
-        if not isinstance(where, Mapping) and not len(sets.get(set_name(where), ())):
+        if not isinstance(where, Mapping) and not len(sets.get(named_sets.set_name(where), ())):
             raise InputError(
-                f"no boundary set {where!r}; there are {listed(sets)}; {{box: ...}} and "
+                f"no boundary set {where!r}; there are {named_sets.listed(sets)}; {{box: ...}} and "
                 "{plane: ...} choose faces by their place"
             )
 
@@ -124,7 +117,9 @@ def check_place(where: object) -> None:
 
 
 def _may_name(where: object) -> bool:
-    return isinstance(where, int | str) and not isinstance(where, bool) and may_name(where)
+    return (
+        isinstance(where, int | str) and not isinstance(where, bool) and named_sets.may_name(where)
+    )
 
 
 def place_name(where: object) -> str:
@@ -137,9 +132,9 @@ def place_name(where: object) -> str:
     return f"{kind} {' '.join(f'{number:g}' for number in numbers)}"
 
 
-def _named(sets: Sets, name: object) -> np.ndarray:
+def _named(sets: named_sets.Sets, name: object) -> np.ndarray:
     check_names([name], sets)
-    return np.asarray(sets[set_name(name)])
+    return np.asarray(sets[named_sets.set_name(name)])
 
 
 def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:

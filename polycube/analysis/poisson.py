@@ -5,20 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from polycube.analysis import recovery
 from polycube.analysis.assembly import Elements, assemble_scalar_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
 from polycube.analysis.problem import Flow
-from polycube.analysis.recovery import (
-    SAFETY,
-    TINY,
-    at_places,
-    energy_error,
-    field_of,
-    gradient_field,
-    volumes,
-)
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -68,15 +60,15 @@ def conduct(
     # what a layer on the boundary adds to the energy, see `shape`; u above its smallest value
     heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])
     fields = np.column_stack([2 * heat, nodal - nodal.min(), flux])
-    gain = field_of(
+    gain = recovery.field_of(
         spline, fields, lambda x: x[:, 0] * x[:, 1] - (x[:, 2:] ** 2).sum(axis=1) / conductivity
     )
-    apart = float(distance_error(spline, gain)) / max(energy, TINY)
+    apart = float(distance_error(spline, gain)) / max(energy, recovery.TINY)
     return Potential(
         values=u,
         flux=flux,
         flux_error=error,
-        u_error=(SAFETY * error**2 + apart) * float(np.ptp(nodal)),
+        u_error=(recovery.SAFETY * error**2 + apart) * float(np.ptp(nodal)),
         supports=tuple(support.name for support in supports),
         flows=constraints.reactions(stiffness @ u - supplied)[:, 0],
         supplied=float(supplied.sum()),
@@ -96,12 +88,12 @@ def _flux(
         return -conductivity / metre * slope[:, 0]
 
     line, _ = gauss(n_gauss)
-    flux = gradient_field(spline, nodal, flux_of)
+    flux = recovery.gradient_field(spline, nodal, flux_of)
     recovered = volume_basis(line)[0] @ flux[spline.nodes]
-    error, energy = energy_error(
-        volumes(bezier_points(spline), n_gauss),
+    error, energy = recovery.energy_error(
+        recovery.volumes(bezier_points(spline), n_gauss),
         lambda field: (field**2).sum(axis=-1) / conductivity,
         recovered,
-        at_places(spline, nodal, flux_of, line),
+        recovery.at_places(spline, nodal, flux_of, line),
     )
     return flux, error, energy

@@ -94,14 +94,10 @@ class _Space:
             self._reduce(self._vectors.shape[2] // 4)
         v, _, mv = self._vectors[..., : self.size]
         w = w / np.linalg.norm(w, axis=0)
-        for is_first in (True, False):
-            along = _products(mv, w)
-            w = w - _combined(v, along)
-            mw = self.mass @ w if is_first else mw - _combined(mv, along)
-            lengths, turn = np.linalg.eigh(_products(w, mw))
-            long = lengths > DEPENDENT * lengths[-1]
-            turn = turn[:, long] / np.sqrt(lengths[long])
-            w, mw = w @ turn, mw @ turn
+        w = w - _combined(v, _products(mv, w))
+        w, mw = _orthonormal(w, self.mass @ w)
+        along = _products(mv, w)  # again, because of rounding errors
+        w, mw = _orthonormal(w - _combined(v, along), mw - _combined(mv, along))
         kw = self.stiffness @ w
         new = slice(self.size, self.size + w.shape[1])
         for part, columns in zip(self._vectors, (w, kw, mw), strict=True):
@@ -128,6 +124,14 @@ class _Space:
             part[:, :n] = _combined(part[:, : self.size], turn)
         self._small[:n, :n] = np.diag(values)
         self.size = n
+
+
+def _orthonormal(w: np.ndarray, mw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """M-orthonormal combinations of vectors w, and of M w; dependent ones are omitted."""
+    lengths, turn = np.linalg.eigh(_products(w, mw))
+    long = lengths > DEPENDENT * lengths[-1]
+    turn = turn[:, long] / np.sqrt(lengths[long])
+    return w @ turn, mw @ turn
 
 
 def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:

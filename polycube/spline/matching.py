@@ -11,17 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
+from polycube.spline import boundary
 from polycube.spline.bernstein import gauss
-from polycube.spline.boundary import (
-    ALPHA,
-    FREE,
-    corner_nodes,
-    corners,
-    grid,
-    normals,
-    sampling,
-    triangles,
-)
 from polycube.surface import closest
 from polycube.surface.curved import smooth_curve
 from polycube.surface.fit_target import Target
@@ -62,15 +53,15 @@ class Matcher:
     def __init__(self, spline: Spline, target: Target, cad_face: np.ndarray) -> None:
         self.spline, self.target, self._cad_face = spline, target, cad_face
         self._curves = CurveMatcher(spline, target, cad_face)
-        at = sampling(spline, *grid(gauss(OWN)[0]))
-        skin, _, _ = sampling(spline, *grid(np.arange(PIECES + 1) / PIECES))
+        at = boundary.sampling(spline, *boundary.grid(gauss(OWN)[0]))
+        skin, _, _ = boundary.sampling(spline, *boundary.grid(np.arange(PIECES + 1) / PIECES))
         self.rows, self._du, self._dv = (part @ spline.extraction for part in at)
         self._skin = skin @ spline.extraction
         self._own_face: np.ndarray | None = None
         self._tree: closest.Tree | None = None
         self._points, self._normals, self._on = target.samples(SAMPLES)
         if len(target.surface.region):
-            feet = target.closest(self._points, self._normals, ALPHA)
+            feet = target.closest(self._points, self._normals, boundary.ALPHA)
             self._points, self._normals = target.smooth(*feet)
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
@@ -83,7 +74,7 @@ class Matcher:
         area = np.linalg.norm(np.cross(du, dv).reshape(-1, OWN**2, 3).mean(axis=1), axis=1)
         share = area / area.mean() ** 2
         parts = [
-            self._from_spline(control, normals(du, dv), share),
+            self._from_spline(control, boundary.normals(du, dv), share),
             *self._from_surface(control, area, share),
             self._along(control, share),
         ]
@@ -93,7 +84,9 @@ class Matcher:
     def _from_spline(self, control: np.ndarray, facing: np.ndarray, share: np.ndarray) -> Matches:
         at = self.rows @ control
         chart = np.repeat(self._cad_face, OWN**2)
-        foot, self._own_face = self.target.closest(at, facing, ALPHA, self._own_face, FREE, chart)
+        foot, self._own_face = self.target.closest(
+            at, facing, boundary.ALPHA, self._own_face, boundary.FREE, chart
+        )
         weight = np.repeat(share, OWN**2) / OWN**2
         return Matches(self.rows, *self.target.smooth(foot, self._own_face), weight)
 
@@ -101,8 +94,8 @@ class Matcher:
         self, control: np.ndarray, area: np.ndarray, share: np.ndarray
     ) -> list[Matches]:
         """Matches of the points of the surface with compatible normals, and of close creases."""
-        pieces = triangles(self._skin @ control, PIECES)
-        facing = normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
+        pieces = boundary.triangles(self._skin @ control, PIECES)
+        facing = boundary.normals(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
         if self._tree is None:
             self._tree = closest.tree(pieces, facing)
         else:  # with the first subdivision
@@ -135,11 +128,11 @@ class Matcher:
         self, tree: closest.Tree, points: np.ndarray, facing: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, csr_matrix]:
         """Face and part (n,) of the closest points on the boundary, and their rows (n, C)."""
-        alpha = 0.0 if facing is None else ALPHA
-        _, piece, share = closest.closest(tree, points, facing, alpha, None, FREE)
+        alpha = 0.0 if facing is None else boundary.ALPHA
+        _, piece, share = closest.closest(tree, points, facing, alpha, None, boundary.FREE)
         face, local = np.divmod(piece, 2 * PIECES**2)
-        u, v = np.einsum("nk,nkd->dn", share, corners(PIECES)[local])
-        rows, _, _ = sampling(self.spline, u, v, face)
+        u, v = np.einsum("nk,nkd->dn", share, boundary.corners(PIECES)[local])
+        rows, _, _ = boundary.sampling(self.spline, u, v, face)
         return face, piece, rows @ self.spline.extraction
 
 
@@ -163,7 +156,7 @@ class CurveMatcher:
         for crease in target.followed.creases:
             points = smooth_curve(crease)
             curves.setdefault(crease.faces, []).append(np.stack([points[:-1], points[1:]], axis=1))
-        first, second = twins(corner_nodes(spline))
+        first, second = twins(boundary.corner_nodes(spline))
         adjacent = np.sort(cad_face[np.stack([first, second], axis=1) // 4], axis=1)
         between = (adjacent[:, 0] > 0) & (adjacent[:, 0] < adjacent[:, 1])
         self._trees, parts = [], []
@@ -176,7 +169,7 @@ class CurveMatcher:
         self._counts = [len(part) * len(LINE) for part in parts]
         self.side = np.repeat(edges // 4, len(LINE))
         u, v = AROUND[edges % 4].transpose(1, 0, 2).reshape(2, -1)
-        self.rows: csr_matrix = sampling(spline, u, v, self.side)[0] @ spline.extraction
+        self.rows: csr_matrix = boundary.sampling(spline, u, v, self.side)[0] @ spline.extraction
 
     def __call__(self, control: np.ndarray) -> np.ndarray:
         """(M, 3) closest points on the curves for control points (C, 3)."""

@@ -3,17 +3,7 @@
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.surface.measures import (
-    components,
-    diagonal,
-    face_areas,
-    misoriented_edges,
-    nonmanifold_edges,
-    nonmanifold_vertices,
-    open_edges,
-    place,
-    volume,
-)
+from polycube.surface import measures
 from polycube.surface.voxels import winding_numbers
 from polycube.types import TriMesh
 
@@ -23,23 +13,25 @@ FLAT = 1e-9  # volume / (area * diagonal), below which a surface is taken to enc
 def check_closed(surface: TriMesh) -> None:
     """Raise InputError unless every edge has exactly two faces."""
     faces = surface.faces
-    _refuse(surface, nonmanifold_edges(faces), "not manifold", "with more than two faces")
-    _refuse(surface, open_edges(faces), "not closed", "with one face only")
+    _refuse(surface, measures.nonmanifold_edges(faces), "not manifold", "with more than two faces")
+    _refuse(surface, measures.open_edges(faces), "not closed", "with one face only")
 
 
 def check_surface(surface: TriMesh) -> None:
     """Raise InputError unless the surface bounds one solid."""
     faces = surface.faces
     check_closed(surface)
-    edges = misoriented_edges(faces)
+    edges = measures.misoriented_edges(faces)
     _refuse(surface, edges, "not oriented", "that both faces have in the same direction")
-    vertices = nonmanifold_vertices(faces)[:, None]
+    vertices = measures.nonmanifold_vertices(faces)[:, None]
     _refuse(surface, vertices, "not manifold", "where its parts touch only in a point")
     _check_one_piece(surface)
-    if not volume(surface) > FLAT * face_areas(surface).sum() * diagonal(surface):
+    if not measures.volume(surface) > FLAT * measures.face_areas(surface).sum() * measures.diagonal(
+        surface
+    ):
         raise InputError(
-            f"the surface encloses no volume: its volume is {volume(surface):.3g}, which must be "
-            "positive (faces counter-clockwise seen from outside)"
+            f"the surface encloses no volume: its volume is {measures.volume(surface):.3g}, which "
+            "must be positive (faces counter-clockwise seen from outside)"
         )
 
 
@@ -47,14 +39,14 @@ def _refuse(surface: TriMesh, wrong: np.ndarray, what: str, which: str) -> None:
     """Raise InputError if there are defective vertices (N, 1) or edges (N, 2)."""
     if len(wrong):
         names = ("vertex", "edge") if len(wrong) == 1 else ("vertices", "edges")
-        ends = [place(surface, surface.vertices[vertex]) for vertex in wrong[0]]
+        ends = [measures.place(surface, surface.vertices[vertex]) for vertex in wrong[0]]
         where = f"at {ends[0]}" if len(ends) == 1 else f"from {ends[0]} to {ends[1]}"
         items = f"{len(wrong)} {names[wrong.shape[1] - 1]}"
         raise InputError(f"the surface is {what}: {items} {which}, the first {where}")
 
 
 def _check_one_piece(surface: TriMesh) -> None:
-    piece = components(surface.faces)
+    piece = measures.components(surface.faces)
     sizes = np.bincount(piece)
     if len(sizes) == 1:
         return
@@ -65,10 +57,10 @@ def _check_one_piece(surface: TriMesh) -> None:
     if (abs(winding_numbers(TriMesh(surface.vertices, shells[outer]), probes)) > 0.5).all():
         raise InputError(
             f"the solid has an inner void: its piece of {sizes[inner]} faces at "
-            f"{place(surface, probes[0])} lies inside another; give a solid without voids"
+            f"{measures.place(surface, probes[0])} lies inside another; give a solid without voids"
         )
     smallest = int(np.argmin(sizes))
     raise InputError(
         f"the surface has {len(sizes)} separate pieces, the smallest of {sizes[smallest]} faces "
-        f"at {place(surface, surface.vertices[shells[smallest][0, 0]])}; give one solid"
+        f"at {measures.place(surface, surface.vertices[shells[smallest][0, 0]])}; give one solid"
     )

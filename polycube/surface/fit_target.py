@@ -8,20 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.surface import closest, curved
+from polycube.surface import closest, curved, measures
 from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
 from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
-from polycube.surface.measures import (
-    area_vectors,
-    diagonal,
-    face_areas,
-    face_normals,
-    spread,
-    unit,
-    volume,
-)
 from polycube.types import TriMesh
 
 STEADY = 0.025  # half a hex: radius over which the normals of noisy faces are averaged
@@ -81,8 +72,8 @@ class Target:
         """
         middles = self.surface.vertices[self.surface.faces].mean(axis=1)
         shift = self.smooth(middles, np.arange(len(middles)))[0] - middles
-        more = 3 / 4 * float(np.vdot(area_vectors(self.surface), shift))
-        return (volume(self.surface) + more) * self.scale**3
+        more = 3 / 4 * float(np.vdot(measures.area_vectors(self.surface), shift))
+        return (measures.volume(self.surface) + more) * self.scale**3
 
     def samples(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """About `number` evenly spread points (N, 3), their normals (N, 3) and CAD faces (N,)."""
@@ -93,18 +84,20 @@ class Target:
 def target(surface: TriMesh) -> Target:
     """Prepare a surface; the result is cached for each surface object."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    center, scale = (low + high) / 2, diagonal(surface)
+    center, scale = (low + high) / 2, measures.diagonal(surface)
     small = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
-    normals = face_normals(small)
+    normals = measures.face_normals(small)
     graph = features(small, normals)
     normals = steady_normals(small, normals, graph.noise, STEADY)
     by_vertex = np.zeros_like(small.vertices)
-    weighted = normals * face_areas(small)[:, None]
+    weighted = normals * measures.face_areas(small)[:, None]
     for k in range(3):
         np.add.at(by_vertex, small.faces[:, k], weighted)
     region = small.region if len(small.region) else None
     tree = closest.tree(small.vertices[small.faces], normals, region)
-    return Target(center, scale, small, normals, unit(by_vertex), tree, graph, without_cusps(graph))
+    return Target(
+        center, scale, small, normals, measures.unit(by_vertex), tree, graph, without_cusps(graph)
+    )
 
 
 @lru_cache(maxsize=4)
@@ -114,7 +107,7 @@ def _corner_normals(target: Target) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def _samples(target: Target, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    points, face = spread(target.surface, number)
+    points, face = measures.spread(target.surface, number)
     region = target.surface.region
     cad_face = region[face] if len(region) else np.zeros(len(face), np.int64)
     return points, target.normals[face], cad_face

@@ -8,18 +8,7 @@ import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.sheet_piece import Piece, next_piece
-from polycube.surface import closest
-from polycube.surface.measures import (
-    between_faces,
-    cad_vectors,
-    curved_faces,
-    diagonal,
-    face_areas,
-    face_normals,
-    frame,
-    half_edges,
-    place,
-)
+from polycube.surface import closest, measures
 from polycube.types import TriMesh
 
 from .path import PLANE
@@ -85,9 +74,9 @@ def unfolded(surface: TriMesh) -> Unfolded:
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
-    sums, _ = cad_vectors(surface)
+    sums, _ = measures.cad_vectors(surface)
     size = np.linalg.norm(sums, axis=1)
-    planes = np.flatnonzero(~curved_faces(surface, PLANE) & (size > 0))
+    planes = np.flatnonzero(~measures.curved_faces(surface, PLANE) & (size > 0))
     borders, reason = _borders(surface), None
     for start in planes[np.argsort(-size[planes], kind="stable")][:SIDES].tolist():
         try:
@@ -99,11 +88,11 @@ def unfolded(surface: TriMesh) -> Unfolded:
 
 def _borders(surface: TriMesh) -> Borders:
     """The smooth borders between CAD faces."""
-    one, two = between_faces(surface)
-    normal = face_normals(surface)
+    one, two = measures.between_faces(surface)
+    normal = measures.face_normals(surface)
     smooth = np.einsum("nd,nd->n", normal[one // 3], normal[two // 3]) > SMOOTH
     sides = np.sort(surface.region[np.stack([one // 3, two // 3], axis=1)[smooth]], axis=1)
-    ends = half_edges(surface.faces)[one[smooth]]
+    ends = measures.half_edges(surface.faces)[one[smooth]]
     pairs, number = np.unique(sides, axis=0, return_inverse=True)
     found: Borders = {}
     for k, (a, b) in enumerate(pairs.tolist()):
@@ -114,12 +103,12 @@ def _borders(surface: TriMesh) -> Borders:
 
 def _unfolded(surface: TriMesh, borders: Borders, start: int, normal: np.ndarray) -> Unfolded:
     """The sheet, one side of which is followed from a plane with a normal."""
-    x, near = surface.vertices, NEAR * diagonal(surface)
+    x, near = surface.vertices, NEAR * measures.diagonal(surface)
     side = np.isin(surface.region, list(_pieces(surface, borders, start, normal, 0.0)))
     tree = closest.tree(x[surface.faces[side]])
     at, face, _ = closest.closest(tree, x)
     off = np.linalg.norm(at - x, axis=1)
-    thickness, area = off.max(), face_areas(surface)[side].sum()
+    thickness, area = off.max(), measures.face_areas(surface)[side].sum()
     if not near < thickness < THIN * np.sqrt(area):
         raise NoBackgroundError("it is not a thin sheet")
     pieces = _pieces(surface, borders, start, normal, thickness)
@@ -141,7 +130,7 @@ def _unfolded(surface: TriMesh, borders: Borders, start: int, normal: np.ndarray
     wrong = (depth < -near) | (depth > thickness + near) | (abs(off - depth) > ASIDE * thickness)
     if wrong.any():
         raise NoBackgroundError(
-            f"its thickness is not constant near {place(surface, x[np.argmax(wrong)])}"
+            f"its thickness is not constant near {measures.place(surface, x[np.argmax(wrong)])}"
         )
     return Unfolded(TriMesh(flat, surface.faces, region=surface.region), side, pieces)
 
@@ -156,9 +145,9 @@ def _pieces(
     NoBackgroundError
         If the side is closed round a bend, or if a bend is too tight.
     """
-    x, near = surface.vertices, NEAR * diagonal(surface)
+    x, near = surface.vertices, NEAR * measures.diagonal(surface)
     own = np.unique(surface.faces[surface.region == start])
-    first = Piece(x[own[0]], frame(normal), 0.0, 0.0, np.zeros(3), np.eye(3))
+    first = Piece(x[own[0]], measures.frame(normal), 0.0, 0.0, np.zeros(3), np.eye(3))
     found, waiting = {start: first}, [start]
     while waiting:
         here = waiting.pop(0)

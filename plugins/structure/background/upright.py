@@ -15,16 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.surface import measures
 from polycube.surface.arc_length import lengths
-from polycube.surface.measures import (
-    connected,
-    face_areas,
-    face_normals,
-    frame,
-    half_edges,
-    place,
-    triangle_vectors,
-)
 from polycube.types import TriMesh
 
 from .holes import Pairs, holes_across
@@ -81,7 +73,7 @@ def upright(
         If a face that leans does not have one or two borders at constant heights, or if a plane
         is oblique, or if holes across the axis meet at their sides.
     """
-    rows = frame(axis)
+    rows = measures.frame(axis)
     at = surface.vertices @ rows.T
     before = at.copy()
     is_wall, is_cap, total = _walls_and_caps(surface, axis)
@@ -155,7 +147,7 @@ def upright(
     on_cap = is_cap[region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
     if is_oblique.any():
-        where = place(surface, surface.vertices[surface.faces[np.argmax(is_oblique), 0]])
+        where = measures.place(surface, surface.vertices[surface.faces[np.argmax(is_oblique), 0]])
         raise NoBackgroundError(f"a plane is not perpendicular to an axis near {where}")
     part = replace(surface, vertices=at @ rows, region=region)
     is_over = np.isin(region, leans) & ~on_cap
@@ -174,9 +166,9 @@ def _walls_and_caps(
     surface: TriMesh, axis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(R,) which CAD faces are along an axis, which are perpendicular to it, and their areas."""
-    area = face_areas(surface)
+    area = measures.face_areas(surface)
     total = np.maximum(np.bincount(surface.region, area), 1e-300)
-    lean = np.bincount(surface.region, area * abs(face_normals(surface) @ axis)) / total
+    lean = np.bincount(surface.region, area * abs(measures.face_normals(surface) @ axis)) / total
     return lean < WALL, lean > CAP, total
 
 
@@ -190,17 +182,17 @@ def _set_flat(
 
     is_cap : (R,) whether each face is perpendicular to the axis
     """
-    vectors = triangle_vectors(at[surface.faces])
+    vectors = measures.triangle_vectors(at[surface.faces])
     area, up = np.linalg.norm(vectors, axis=1), vectors[:, 2]
     sign = np.sign(np.bincount(surface.region, up, len(is_cap))).astype(np.int64)
     is_steep = sign[surface.region] * up < STEEP * area
     steep = np.bincount(surface.region, area * is_steep, len(is_cap))
     total = np.bincount(surface.region, area, len(is_cap))
     is_sloping = np.isin(np.arange(len(is_cap)), numbers) & (steep < FEW * total)
-    own, ends = np.repeat(surface.region, 3), half_edges(surface.faces)
+    own, ends = np.repeat(surface.region, 3), measures.half_edges(surface.faces)
     is_same = sign[own] == sign[beyond]
     joins = is_same & is_sloping[own] & is_sloping[beyond]
-    group = connected(own[joins], beyond[joins], len(is_cap))
+    group = measures.connected(own[joins], beyond[joins], len(is_cap))
     for one in np.unique(group[is_sloping]):
         faces = group[surface.region] == one
         fixed = at[ends[is_same & (group[own] == one) & is_cap[beyond]], 2]
@@ -211,7 +203,7 @@ def _set_flat(
 
 def _refuse(surface: TriMesh, number: int) -> NoReturn:
     own = surface.region == number
-    where = place(surface, surface.vertices[surface.faces[own]].mean(axis=(0, 1)))
+    where = measures.place(surface, surface.vertices[surface.faces[own]].mean(axis=(0, 1)))
     raise NoBackgroundError(
         f"a face leans, and has no two borders at constant heights, near {where}"
     )

@@ -7,16 +7,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import (
-    EDGES,
-    FACES,
-    PLACES,
-    exposed,
-    genus,
-    hex_mesh,
-    quad_sides,
-    unique_rows,
-)
+from polycube.hexmesh import connectivity
 from polycube.structure import lattice
 from polycube.structure.rough_map import affine_map
 from polycube.surface.measures import coincident, connected
@@ -28,8 +19,8 @@ SAME = 1e-9  # of the extent: closer vertices of two blocks are merged
 
 def counts(blocks: HexMesh, size: float) -> np.ndarray:
     """(H, 3) parts of each block along xi, eta and zeta for a hex size in model units."""
-    ends = np.sort(blocks.hexes[:, EDGES], axis=2)  # (H, 12, 2)
-    edges, edge, _ = unique_rows(ends.reshape(-1, 2))
+    ends = np.sort(blocks.hexes[:, connectivity.EDGES], axis=2)  # (H, 12, 2)
+    edges, edge, _ = connectivity.unique_rows(ends.reshape(-1, 2))
     opposite = edge.reshape(-1, 4)  # opposite edges of one block in one direction
     group = connected(np.repeat(opposite[:, 0], 3), opposite[:, 1:].ravel(), len(edges))
     length = np.linalg.norm(np.diff(blocks.vertices[edges], axis=1)[:, 0], axis=1)
@@ -55,7 +46,7 @@ def candidate(blocks: HexMesh, surface: TriMesh, brick: str, proposal: str) -> C
 
 def genus_of(polycube: Polycube, blocks: HexMesh | None) -> int:
     """Number of handles of a structure; of its blocks if it has blocks."""
-    return lattice.genus(polycube) if blocks is None else genus(blocks)
+    return lattice.genus(polycube) if blocks is None else connectivity.genus(blocks)
 
 
 def number_of_hexes(parts: np.ndarray) -> float:
@@ -70,21 +61,25 @@ def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
     places, hexes, owner, start = [], [], [], 0
     for number, n in enumerate(parts):
         shares = np.stack(np.meshgrid(*(np.arange(k + 1) / k for k in n), indexing="ij"), axis=-1)
-        weights = np.where(PLACES, shares[..., None, :], 1 - shares[..., None, :]).prod(axis=-1)
+        weights = np.where(
+            connectivity.PLACES, shares[..., None, :], 1 - shares[..., None, :]
+        ).prod(axis=-1)
         places.append(weights.reshape(-1, 8) @ blocks.vertices[blocks.hexes[number]])
         low = np.stack(np.unravel_index(np.arange(n.prod()), n), axis=1)
-        corners = (low[:, None] + PLACES).transpose(2, 0, 1)
+        corners = (low[:, None] + connectivity.PLACES).transpose(2, 0, 1)
         hexes.append(start + np.ravel_multi_index(corners, n + 1))
         owner.append(np.full(n.prod(), number))
         start += len(places[-1])
     vertices, of = np.concatenate(places), np.concatenate(owner)
     first, name = coincident(vertices, SAME * np.ptp(vertices, axis=0).max())
     joined = name[np.concatenate(hexes)]
-    quads, inner = exposed(joined)
+    quads, inner = connectivity.exposed(joined)
     patch = np.zeros((len(blocks.hexes), 6), np.int64)
-    patch[quad_sides(blocks)] = blocks.patch
-    side = (joined[inner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
-    return hex_mesh(vertices[first], joined, quads, patch[of[inner], side], blocks.cell[of])
+    patch[connectivity.quad_sides(blocks)] = blocks.patch
+    side = (joined[inner][:, connectivity.FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
+    return connectivity.hex_mesh(
+        vertices[first], joined, quads, patch[of[inner], side], blocks.cell[of]
+    )
 
 
 def on_box(vertices: np.ndarray) -> np.ndarray:

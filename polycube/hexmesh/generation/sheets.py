@@ -8,30 +8,21 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import (
-    FACES,
-    exposed,
-    hex_mesh,
-    label_of,
-    neighbours,
-    quad_edges,
-    quad_sides,
-    unique_rows,
-)
+from polycube.hexmesh import connectivity
 from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
 
 def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
     """Whether a sheet around hexes (H,) is a surface, without pinched edges and vertices."""
-    faces = mesh.hexes[:, FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
+    faces = mesh.hexes[:, connectivity.FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
     if len(faces) == 0:
         return False
     # corners of faces, connected across the sides that two faces share
     corner = np.arange(faces.size).reshape(-1, 4)
     ends, at = half_edges(faces), half_edges(corner)
     order = np.argsort(ends, axis=1)
-    _, side, count = unique_rows(np.take_along_axis(ends, order, axis=1))
+    _, side, count = connectivity.unique_rows(np.take_along_axis(ends, order, axis=1))
     if (count > 2).any():
         return False
     shared = np.argsort(side, kind="stable")[(count == 2)[np.sort(side)]]
@@ -54,27 +45,27 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
         towards those of its quads, as a share of the distance
     """
     between = _faces_between(mesh, inside)
-    outer = mesh.hexes[:, FACES].reshape(-1, 4)[between]
+    outer = mesh.hexes[:, connectivity.FACES].reshape(-1, 4)[between]
     moved = np.unique(outer)
     twin = np.arange(len(mesh.vertices))
     twin[moved] = len(mesh.vertices) + np.arange(len(moved))
     quads = mesh.quads
-    own = inside[quad_sides(mesh)[0]]
+    own = inside[connectivity.quad_sides(mesh)[0]]
     place = middles(mesh.hexes[inside], mesh.vertices)
     on_rim = np.intersect1d(moved, quads[own])
     place[on_rim] = middles(quads[own], mesh.vertices)[on_rim]
     shrunk = mesh.vertices[moved] + depth * (place[moved] - mesh.vertices[moved])
     hexes = np.where(inside[:, None], twin[mesh.hexes], mesh.hexes)
     hexes = np.vstack([hexes, np.hstack([twin[outer], outer])])
-    sides, pair = quad_edges(quads, is_closed=False)
+    sides, pair = connectivity.quad_edges(quads, is_closed=False)
     mixed = own[pair[:, 0]] != own[pair[:, 1]]
     rim = sides[mixed]
     inner_quad = np.where(own[pair[mixed, 0]], pair[mixed, 0], pair[mixed, 1])
     boundary = np.where(own[:, None], twin[quads], quads)
     table = np.vstack([boundary, np.hstack([rim, twin[rim][:, ::-1]])])
-    outside, _ = exposed(hexes)
-    known = label_of(outside, table, np.arange(1, len(table) + 1))
-    return hex_mesh(
+    outside, _ = connectivity.exposed(hexes)
+    known = connectivity.label_of(outside, table, np.arange(1, len(table) + 1))
+    return connectivity.hex_mesh(
         np.vstack([mesh.vertices, shrunk]),
         hexes,
         outside[known > 0],
@@ -92,7 +83,7 @@ def _faces_between(mesh: HexMesh, inside: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1)  # many sets of one mesh are tested
 def _neighbours(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
-    return neighbours(mesh.hexes)
+    return connectivity.neighbours(mesh.hexes)
 
 
 def middles(cells: np.ndarray, vertices: np.ndarray) -> np.ndarray:

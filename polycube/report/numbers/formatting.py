@@ -22,7 +22,8 @@ def sentences(report: Json) -> Iterator[str]:
     elif "static" in report:
         found = report["static"]
         unit, place = found["units"]["length"], coordinates(found["max_displacement_at"])
-        moved = f"{number(found['max_displacement'])} {unit}{plus_minus(relative_error(found, 'displacement'))}"
+        error = plus_minus(relative_error(found, "displacement"))
+        moved = f"{number(found['max_displacement'])} {unit}{error}"
         yield f"largest displacement {moved} at {place}"
         place, on = coordinates(found["max_von_mises_at"]), found["max_von_mises_on"]
         yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")

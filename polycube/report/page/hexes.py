@@ -11,17 +11,7 @@ from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page import charts
-from polycube.report.page.templates import (
-    NOTHING,
-    Pictures,
-    Row,
-    Swatch,
-    distance_rows,
-    point,
-    render,
-    show,
-)
+from polycube.report.page import charts, templates
 from polycube.report.pictures.features import set_colours
 from polycube.report.pictures.scenes import cell_colour
 from polycube.state import RunState
@@ -36,22 +26,22 @@ N_SHOWN = 10  # rows, the worst first
 N_LOST = 60  # lost features in the table, the farthest first
 
 
-def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
+def sets(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
     """All named sets with colour, size, place and direction, including lost CAD faces."""
     numbers = report.get("hex", {}).get("sets")
     if state.hexes is None or not numbers:
-        return NOTHING
+        return templates.NOTHING
     colours, unit = set_colours(state.hexes), length_unit(report)
     members = cad_faces(state.hexes)
     digits = 4 - int(np.log10(diagonal(state.surface)))
-    rows: dict[str, Row] = {
+    rows: dict[str, templates.Row] = {
         name: {
-            "set": Swatch(name, colours.get(name)),
+            "set": templates.Swatch(name, colours.get(name)),
             "kind": KINDS_OF_SETS[own["kind"]],
             **({"CAD faces": members[name]} if members else {}),
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
-            "centre": point(own["centroid"], digits),
+            "centre": templates.point(own["centroid"], digits),
             "mean normal": _direction(own["normal"]),
             **({"name in the file": own.get("name")} if state.hexes.cad_names else {}),
         }
@@ -60,7 +50,7 @@ def sets(state: RunState, report: Json, pictures: Pictures) -> Markup:
     faces = model_areas(state.surface)
     areas = {name: numbers[name]["area"] if name in numbers else 0.0 for name in faces}
     change = {name: areas[name] / area - 1 if area else 0.0 for name, area in faces.items()}
-    return render(
+    return templates.render(
         "sets.html",
         picture=pictures.get("sets"),
         main=[row for name, row in rows.items() if name not in faces and not _is_patch(name)],
@@ -92,9 +82,11 @@ def _is_patch(name: str) -> bool:
     return name.startswith("patch_")
 
 
-def _face(name: str, rows: dict[str, Row], change: float) -> Row:
+def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates.Row:
     """The row of a CAD face, compared with its area in the model."""
-    row = rows.get(name, {"set": Swatch(name), "kind": KINDS_OF_SETS["cad_face"], "quads": 0})
+    row = rows.get(
+        name, {"set": templates.Swatch(name), "kind": KINDS_OF_SETS["cad_face"], "quads": 0}
+    )
     own = {title: value for title, value in row.items() if title != "CAD faces"}
     return {**own, "of the model's face": f"{1 + change:.1%}"}
 
@@ -102,21 +94,21 @@ def _face(name: str, rows: dict[str, Row], change: float) -> Row:
 def _direction(normal: list[float]) -> str | None:
     """The mean normal; None if the set has no direction."""
     length = sum(c * c for c in normal) ** 0.5
-    return point(normal, 2) if length > FLAT else None
+    return templates.point(normal, 2) if length > FLAT else None
 
 
-def hexes(state: RunState, report: Json, pictures: Pictures) -> Markup:
+def hexes(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
     """The hex mesh: section, measures, worst hexes, distances from the input, primitives."""
     mesh, numbers = state.hexes, report.get("hex", {})
     if mesh is None:
-        return NOTHING
+        return templates.NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     worst, unit = int(quality.argmin()), length_unit(report)
     shapes = numbers.get("quality", {})
     ends = {name: shapes[name]["min" if MEASURES[name][1] is min else "max"] for name in shapes}
     is_improved = bool(report.get("given") and numbers)
     at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
-    return render(
+    return templates.render(
         "hexes.html",
         pictures=pictures,
         unit=unit,
@@ -145,11 +137,13 @@ def _spreads(numbers: Json, ends: Json) -> list[Markup]:
     found = []
     for name, shape in numbers.get("histograms", {}).items():
         if name not in ("scaled_jacobian", "max_edge_ratio"):
-            found.append(charts.spread(_spaced(name), **shape, worst=f"worst {show(ends[name])}"))
+            found.append(
+                charts.spread(_spaced(name), **shape, worst=f"worst {templates.show(ends[name])}")
+            )
     return found
 
 
-def _worst(numbers: Json, unit: str) -> list[Row]:
+def _worst(numbers: Json, unit: str) -> list[templates.Row]:
     return [
         {
             "worst by": _spaced(row["worst_by"]),
@@ -170,7 +164,7 @@ def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
         return None
     ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
     ways |= {"boundary vertices to input": "vertex_off_surface"}
-    rows = distance_rows(numbers, ways, diagonal(surface))
+    rows = templates.distance_rows(numbers, ways, diagonal(surface))
     return {"rows": rows, "lengths": numbers.get("deviation", {})}
 
 
@@ -198,20 +192,20 @@ def hex_counts(report: Json) -> Markup:
     """Entries of `meshing.at`, unmet ones first, then walls and holes with few hexes."""
     found = report.get("hex", {}).get("counts")
     if not found:
-        return NOTHING
-    return render("hex_counts.html", found=found, most=N_SHOWN)
+        return templates.NOTHING
+    return templates.render("hex_counts.html", found=found, most=N_SHOWN)
 
 
-def features(report: Json, pictures: Pictures) -> Markup:
+def features(report: Json, pictures: templates.Pictures) -> Markup:
     """Points, curves and faces of a CAD model that the hex mesh loses; empty for other parts."""
     found = report.get("hex", {}).get("features")
     if not found:
-        return NOTHING
+        return templates.NOTHING
     lost, sharp = found["lost"], found.get("acute", [])
     size = lost[0]["length"] / lost[0]["distance"] if lost else 1.0  # the diagonal
     sharp = [{**each, "best": np.sin(np.radians(each["degrees"])).round(2)} for each in sharp]
     extent = max([abs(value) for each in sharp for value in each["at"]], default=1.0)
-    return render(
+    return templates.render(
         "features.html",
         found=found,
         sharp=sharp,

@@ -15,18 +15,8 @@ from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
 from polycube.surface.closest import closest, distance, tree
+from polycube.surface.clouds import points
 from polycube.surface.clouds.options import Points
-from polycube.surface.clouds.points import (
-    Cloud,
-    as_open3d,
-    averaged,
-    checked,
-    fillings,
-    spacings,
-    supported,
-    with_normals,
-    without_outliers,
-)
 from polycube.surface.measures import diagonal, face_normals, is_closed, spread, volume
 from polycube.types import TriMesh
 
@@ -80,7 +70,7 @@ class Reconstruction:
         )
 
 
-def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
+def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
     """Closed surface of points, with triangles that face outwards.
 
     Raises
@@ -88,12 +78,12 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
     InputError
         If the points do not bound a solid, or if their normals cannot be oriented.
     """
-    cloud = distinct = checked(given)
+    cloud = distinct = points.checked(given)
     if options.outliers is not None:
-        cloud = without_outliers(cloud, options.outliers)
-    spacing = float(np.median(spacings(cloud.points)))
+        cloud = points.without_outliers(cloud, options.outliers)
+    spacing = float(np.median(points.spacings(cloud.points)))
     cell, depth = _grid(cloud, spacing, options.depth)
-    thinned = averaged(cloud, cell / 2) if spacing < cell / 2 else cloud
+    thinned = points.averaged(cloud, cell / 2) if spacing < cell / 2 else cloud
     made = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
     surface, agree = made.surface, made.agree
     if agree < DISAGREE:
@@ -104,7 +94,7 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
         )
     share, added = 0.0, 0
     if options.trim is not None:
-        more, share = fillings(surface, cloud, max(spacing, cell / 2), options.trim)
+        more, share = points.fillings(surface, cloud, max(spacing, cell / 2), options.trim)
         added = len(more.points)
         surface = _poisson(made.cloud.joined(more), depth) if added else surface
     if not is_closed(surface.faces):
@@ -133,7 +123,7 @@ def reconstruct(given: Cloud, options: Points) -> tuple[TriMesh, Reconstruction]
     )
 
 
-def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
+def _grid(cloud: points.Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
     """Width of the cells of the grid, and depth of the grid."""
     width = MARGIN * float(np.ptp(cloud.points, axis=0).max())
     if depth is None:
@@ -145,13 +135,15 @@ def _grid(cloud: Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
 class _Oriented:
     """A cloud with normals, and the surface reconstructed from it."""
 
-    cloud: Cloud
+    cloud: points.Cloud
     surface: TriMesh
     agree: float  # share of the normals that are consistent with the surface
     neighbours: int | None = None  # for estimated normals
 
     @classmethod
-    def of(cls, cloud: Cloud, depth: int, reach: float, neighbours: int | None = None) -> _Oriented:
+    def of(
+        cls, cloud: points.Cloud, depth: int, reach: float, neighbours: int | None = None
+    ) -> _Oriented:
         """The reconstruction; normals count at points within a distance of the surface."""
         surface = _poisson(cloud, depth)
         normals = face_normals(surface)
@@ -162,26 +154,26 @@ class _Oriented:
         return cls(cloud, surface, agree, neighbours)
 
 
-def _oriented(cloud: Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
+def _oriented(cloud: points.Cloud, neighbours: int | None, depth: int, reach: float) -> _Oriented:
     """The first reconstruction with consistent normals, otherwise the best of all."""
     if len(cloud.normals):
         return _Oriented.of(cloud, depth, reach)
     found = []
     for number in NEIGHBOURS if neighbours is None else (neighbours,):
-        found.append(_Oriented.of(with_normals(cloud, number), depth, reach, number))
+        found.append(_Oriented.of(points.with_normals(cloud, number), depth, reach, number))
         if found[-1].agree > AGREE:
             return found[-1]
     return max(found, key=lambda each: each.agree)
 
 
-def _poisson(cloud: Cloud, depth: int) -> TriMesh:
+def _poisson(cloud: points.Cloud, depth: int) -> TriMesh:
     """Poisson surface of oriented points; InputError if there is none."""
     from open3d.geometry import TriangleMesh
 
     made = TriangleMesh.create_from_point_cloud_poisson(
-        as_open3d(cloud), depth=depth, scale=MARGIN, n_threads=1
+        points.as_open3d(cloud), depth=depth, scale=MARGIN, n_threads=1
     )[0]
     faces = np.array(made.triangles, dtype=np.int64).reshape(-1, 3)
     if not len(faces):
         raise InputError("the points lie on no surface")
-    return supported(TriMesh(np.array(made.vertices), faces), cloud)
+    return points.supported(TriMesh(np.array(made.vertices), faces), cloud)

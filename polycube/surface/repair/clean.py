@@ -9,18 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
+from polycube.surface import measures
 from polycube.surface.checks import check_closed, check_surface
 from polycube.surface.intersections import crossing_places, self_intersections
-from polycube.surface.measures import (
-    connected,
-    diagonal,
-    face_areas,
-    half_edges,
-    is_closed,
-    place,
-    twins,
-    volume,
-)
 from polycube.types import TriMesh
 
 WELD = 1e-6  # of the diagonal: corners closer than this are merged
@@ -37,7 +28,7 @@ def clean(vertices: np.ndarray, faces: np.ndarray) -> Step:
     """Surface of one solid, and one sentence for each change or warning."""
     surface, notes = checked(vertices, faces)
     for step in (weld_equal, weld_near, drop_repeated, drop_flat):
-        if is_closed(surface.faces) and not are_flat(surface).any():
+        if measures.is_closed(surface.faces) and not are_flat(surface).any():
             break
         surface, done = step(surface)
         notes += done
@@ -61,11 +52,11 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
             f"not, the first is number {strange[0] + 1}, {tuple(vertices[strange[0]].tolist())}"
         )
     surface = compact(vertices, faces)
-    size = diagonal(surface)
+    size = measures.diagonal(surface)
     if size == 0:
         raise InputError(
             f"all corners of its {len(faces)} triangles are at one point, "
-            f"{place(surface, surface.vertices[0])}; move the part closer to the origin"
+            f"{measures.place(surface, surface.vertices[0])}; move the part closer to the origin"
         )
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
@@ -80,18 +71,21 @@ def weld_equal(surface: TriMesh) -> Step:
 
 def weld_near(surface: TriMesh) -> Step:
     """Merge vertices closer than WELD times the diagonal."""
-    scale = diagonal(surface)
+    scale = measures.diagonal(surface)
     near = cKDTree(surface.vertices / scale).query_pairs(WELD, output_type="ndarray")
     if not len(near):
         return surface, []
     gaps = np.linalg.norm(np.subtract(*surface.vertices[near.T]), axis=1)
-    welded, notes = _merge(surface, connected(near[:, 0], near[:, 1], len(surface.vertices)))
+    welded, notes = _merge(
+        surface, measures.connected(near[:, 0], near[:, 1], len(surface.vertices))
+    )
     n_lost = len(surface.faces) - len(welded.faces)
     if n_lost > COLLAPSE * len(surface.faces):
         far = np.abs(surface.vertices - np.median(surface.vertices, axis=0)).max(axis=1).argmax()
         raise InputError(
             f"{n_lost} of its {len(surface.faces)} faces are below {WELD:g} of its diagonal, "
-            f"{scale:.3g}; does the vertex at {place(surface, surface.vertices[far])} belong to it?"
+            f"{scale:.3g}; does the vertex at {measures.place(surface, surface.vertices[far])} "
+            "belong to it?"
         )
     n_welded = len(surface.vertices) - len(welded.vertices)
     return welded, [f"welded corners: {n_welded}, up to {gaps.max():.2g} apart", *notes]
@@ -113,14 +107,14 @@ def drop_repeated(surface: TriMesh) -> Step:
 
 def drop_flat(surface: TriMesh) -> Step:
     """Remove faces without area that share an edge with more than one other face."""
-    if is_closed(surface.faces):
+    if measures.is_closed(surface.faces):
         return surface, []
     return without(surface, are_flat(surface), "of no area")
 
 
 def are_flat(surface: TriMesh) -> np.ndarray:
     """(F,) whether a face counts as flat."""
-    return face_areas(surface) <= FLAT * diagonal(surface) ** 2
+    return measures.face_areas(surface) <= FLAT * measures.diagonal(surface) ** 2
 
 
 def are_repeated(faces: np.ndarray) -> np.ndarray:
@@ -148,7 +142,7 @@ def left_out(surface: TriMesh, faces: np.ndarray, why: str) -> list[str]:
     if not faces.any():
         return []
     first = surface.vertices[surface.faces[faces.argmax(), 0]]
-    return [f"removed faces {why}: {faces.sum()}, the first at {place(surface, first)}"]
+    return [f"removed faces {why}: {faces.sum()}, the first at {measures.place(surface, first)}"]
 
 
 def orient(surface: TriMesh) -> Step:
@@ -159,11 +153,11 @@ def orient(surface: TriMesh) -> Step:
     of a face are connected.
     """
     faces, n_faces = surface.faces, len(surface.faces)
-    first, second = twins(faces)
+    first, second = measures.twins(faces)
     agree = faces.ravel()[first] != faces.ravel()[second]
     f, g = first // 3, second // 3
     left, right = np.where(agree, g, n_faces + g), np.where(agree, n_faces + g, g)
-    side = connected(np.append(f, n_faces + f), np.append(left, right), 2 * n_faces)
+    side = measures.connected(np.append(f, n_faces + f), np.append(left, right), 2 * n_faces)
     given, turned = side[:n_faces], side[n_faces:]
     if (one_sided := given == turned).any():
         raise InputError(
@@ -172,7 +166,7 @@ def orient(surface: TriMesh) -> Step:
         )
     turn = given > turned
     oriented = TriMesh(surface.vertices, np.where(turn[:, None], faces[:, ::-1], faces))
-    if volume(oriented) < 0:
+    if measures.volume(oriented) < 0:
         turn = ~turn
         oriented = TriMesh(surface.vertices, oriented.faces[:, ::-1])
     if turn.all():
@@ -188,7 +182,7 @@ def flip_flat(surface: TriMesh) -> Step:
     if not flat.any():
         return surface, []
     faces = surface.faces.copy()
-    owner = {(a, b): h // 3 for h, (a, b) in enumerate(half_edges(faces).tolist())}
+    owner = {(a, b): h // 3 for h, (a, b) in enumerate(measures.half_edges(faces).tolist())}
     for face in np.flatnonzero(flat):
         corners = surface.vertices[faces[face]]
         lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
@@ -196,11 +190,13 @@ def flip_flat(surface: TriMesh) -> Step:
         other = owner[b, a]
         tip = int(faces[other].sum()) - a - b
         if (middle, tip) in owner or (tip, middle) in owner:
-            raise InputError(f"a face without area is at {place(surface, corners[0])}; remove it")
+            raise InputError(
+                f"a face without area is at {measures.place(surface, corners[0])}; remove it"
+            )
         del owner[a, b], owner[b, a]
         for f, triangle in ((face, (middle, a, tip)), (other, (middle, tip, b))):
             faces[f] = triangle
-            owner |= {(p, q): f for p, q in half_edges(faces[f : f + 1]).tolist()}
+            owner |= {(p, q): f for p, q in measures.half_edges(faces[f : f + 1]).tolist()}
     flipped = TriMesh(surface.vertices, faces)
     if are_flat(flipped).any():
         raise InputError(f"{flat.sum()} adjacent faces have no area; remove them")
@@ -218,7 +214,7 @@ def crossings(surface: TriMesh) -> list[str]:
     if not len(pairs):
         return []
     middles, _ = crossing_places(surface, pairs)
-    where = ", ".join(place(surface, middle) for middle in middles[:N_PLACES])
+    where = ", ".join(measures.place(surface, middle) for middle in middles[:N_PLACES])
     more = f" and {len(middles) - N_PLACES} more" if len(middles) > N_PLACES else ""
     n_places = "1 place" if len(middles) == 1 else f"{len(middles)} places"
     return [
