@@ -21,6 +21,7 @@ OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "
 OF_20 = "", "H", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 ELEMENTS = tuple(f"C3D8{each}" for each in OF_8) + tuple(f"C3D20{each}" for each in OF_20)
 NAME = 80  # longest name; both programs ignore the case of letters
+GAP = 0.1  # of the diagonals of quads
 SIDES = np.array([6, 4, 3, 5, 1, 2])  # numbers of the faces -xi +xi -eta +eta -zeta +zeta
 ROW_8 = "%d" + 8 * ", %d"
 ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
@@ -75,9 +76,16 @@ class Abaqus(WithProblem, TextFormat):
             hex_sets=blocks(named) | primitive_sets(named),
             node_sets=node_sets(named, own.quads),
             surfaces=named.sets,
+            ties=[(*tie, _gap(named, tie[1])) for tie in named.ties],
             sides=np.column_stack([owner + 1, SIDES[side]]),
             called=dict(zip(side_sets(hexes), named.sets, strict=True)),
         )
+
+
+def _gap(mesh: HexMesh, name: str) -> float:
+    """Largest distance of tied nodes from a set, which allows for arcs over its quads."""
+    corners = mesh.vertices[mesh.quads[mesh.sets[name]]]
+    return GAP * float(np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).mean())
 
 
 def _node(row: list[float]) -> str:

@@ -26,12 +26,14 @@ def renamed(mesh: HexMesh, length: int, ascii_only: bool = True) -> HexMesh:
 
     sets = side_sets(mesh)
     new, nodes = called(sets, length), called(mesh.node_sets, length)
+    renames = dict(zip(sets, new, strict=True))
     pairs = zip((*sets, *mesh.node_sets), (*new, *nodes), strict=True)
     known = mesh.cad_names
     return replace(
         mesh,
-        sets=dict(zip(new, sets.values(), strict=True)),
+        sets={renames[name]: own for name, own in sets.items()},
         node_sets=dict(zip(nodes, mesh.node_sets.values(), strict=True)),
+        ties=tuple((renames[a], renames[b]) for a, b in mesh.ties),
         cad_names={b: known.get(a, a) for a, b in pairs if a in known or a != b},
         name=called([plain(mesh.name)], length - len("solid_"))[0],
     )

@@ -11,16 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.errors import MeshingError
+from polycube.hexmesh import settings
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import (
-    MeshingSettings,
-    check_features,
-    curvature_of,
-    edges_around,
-    features_of,
-    least_around,
-)
 from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 
@@ -69,22 +62,22 @@ class Template:
     around_hole : smallest number of edges round every hole, before layers under the boundary
     """
 
-    size: float | str = setting("meshing.size", MeshingSettings.size)
-    level: int | None = setting("meshing.level", MeshingSettings.level)
-    regions: Sequence[object] = setting("meshing.regions", MeshingSettings.regions)
-    curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
+    size: float | str = setting("meshing.size", settings.MeshingSettings.size)
+    level: int | None = setting("meshing.level", settings.MeshingSettings.level)
+    regions: Sequence[object] = setting("meshing.regions", settings.MeshingSettings.regions)
+    curvature: float | str | None = setting("meshing.curvature", settings.MeshingSettings.curvature)
     finer: float = 1.0
     coarse: float | str = "5%"
     least: int = 2
     across: int = 4
-    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
-    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
+    max_hexes: int = setting("meshing.max_hexes", settings.MeshingSettings.max_hexes)
+    at: Sequence[object] = setting("meshing.at", settings.MeshingSettings.at)
     more: Sequence[int] = ()
     creases: float | str | None = None
-    features: str = setting("meshing.features", MeshingSettings.features)
+    features: str = setting("meshing.features", settings.MeshingSettings.features)
     coarsen: bool = False
-    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
+    across_wall: float = setting("meshing.across_wall", settings.MeshingSettings.across_wall)
+    around_hole: float | str = setting("meshing.around_hole", settings.MeshingSettings.around_hole)
 
     def __call__(
         self,
@@ -117,7 +110,7 @@ class Template:
             from polycube.hexmesh.generation.requests_met import wanted_sizes
 
             largest = sizing.length(self.size, unit)
-            number = self.across_wall, least_around(self.around_hole)
+            number = self.across_wall, settings.least_around(self.around_hole)
             wanted = wanted_sizes(surface, requests_of(self.at))
             found = graded_mesh(polycube, rough_map, goal, largest, *number, boxes, wanted)
             if found is not None:
@@ -135,7 +128,7 @@ class Template:
             parts = x, y, z
         self._check_max_hexes(sizing.number_of_hexes(polycube, parts), size, number_at)
         coarse = sizing.length(self.coarse, unit)
-        exact = features_of(self.features, surface) == "exact"
+        exact = settings.features_of(self.features, surface) == "exact"
         placed = rough_map  # an undivided lattice has no coarser one
         if self.level != 0:
             placed = cascade(polycube, rough_map, goal, size, coarse, exact)
@@ -179,7 +172,10 @@ class Template:
     @property
     def _has_requests(self) -> bool:
         """Whether there are requests that the smallest numbers of parts do not meet."""
-        is_more = self.across_wall > self.least or least_around(self.around_hole) >= 4 * self.least
+        is_more = (
+            self.across_wall > self.least
+            or settings.least_around(self.around_hole) >= 4 * self.least
+        )
         return self.level != 0 and (bool(self.at) or is_more)
 
     def _demanded(self, surface: TriMesh, lattice: Lattice, parts: sizing.Counts) -> sizing.Counts:
@@ -190,7 +186,7 @@ class Template:
         polycube, most = lattice.polycube, self.max_hexes
         requested = counts.demands(lattice, surface, requests_of(self.at), self.more)
         size = sizing.length(self.size, diagonal(surface))
-        around = partial(edges_around, self.around_hole, size=size)
+        around = partial(settings.edges_around, self.around_hole, size=size)
         least = counts.least_demands(lattice, surface, self.across_wall, around, requested)
         parts = counts.with_demands(polycube, parts, requested, most)
         return counts.raised(polycube, parts, least, most)
@@ -204,7 +200,7 @@ class Template:
         assert self.curvature is not None
         polycube = lattice.polycube
         gap = chords.gaps(polycube, lattice.near, few, goal)
-        chord = sizing.length(curvature_of(self.curvature, exact), goal.scale)
+        chord = sizing.length(settings.curvature_of(self.curvature, exact), goal.scale)
         wanted = chord / goal.scale / max(1.0, self.finer) ** 2
         more = chords.finer(polycube, parts, few, gap, wanted)
         number, old = (sizing.number_of_hexes(polycube, n) for n in (more, parts))
@@ -253,7 +249,7 @@ class Template:
         )
 
     def __post_init__(self) -> None:
-        check_features(self.features)
+        settings.check_features(self.features)
         # values that are not lengths
         other_values = {"curvature": (None, "auto"), "creases": (None,)}
         for name in ("size", "coarse", "curvature", "creases"):

@@ -83,17 +83,13 @@ def _flux(
 
     The energy is the integral of flux^2 / conductivity in the unit of length of the part.
     """
-
-    def flux_of(slope: np.ndarray) -> np.ndarray:
-        return -conductivity / metre * slope[:, 0]
-
     line, _ = gauss(n_gauss)
-    flux = recovery.gradient_field(spline, nodal, flux_of)
-    recovered = volume_basis(line)[0] @ flux[spline.nodes]
+    given = spline, nodal, lambda slope: -conductivity / metre * slope[:, 0]
+    flux = recovery.gradient_field(*given)
     error, energy = recovery.energy_error(
         recovery.volumes(bezier_points(spline), n_gauss),
         lambda field: (field**2).sum(axis=-1) / conductivity,
-        recovered,
-        recovery.at_places(spline, nodal, flux_of, line),
+        volume_basis(line)[0] @ flux[spline.nodes],
+        recovery.at_places(*given, line),
     )
     return flux, error, energy

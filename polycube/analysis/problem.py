@@ -131,7 +131,8 @@ class Problem:
     @property
     def places(self) -> list[object]:
         """The places on the boundary that are needed."""
-        return [each.place for each in self.supports]
+        acting = (*getattr(self, "loads", ()), *getattr(self, "flows", ()))
+        return [each.place for each in (*self.supports, *acting)]
 
 
 @dataclass(frozen=True)
@@ -143,11 +144,6 @@ class Statics(Problem):
     acceleration: Vector  # of gravity, m/s^2
     rotation: Rotation | None = None
     temperature: float | str = 0.0  # K above that without stress, see `loads.at_points`
-
-    @property
-    def places(self) -> list[object]:
-        """The places on the boundary that are needed."""
-        return [*super().places, *(each.place for each in self.loads)]
 
     @property
     def varying_loads(self) -> list[Load]:
@@ -171,8 +167,3 @@ class Conduction(Problem):
     conductivity: float  # W/(m K)
     flows: tuple[Flow, ...]
     source: float  # W/m^3
-
-    @property
-    def places(self) -> list[object]:
-        """The places on the boundary that are needed."""
-        return [*super().places, *(each.place for each in self.flows)]

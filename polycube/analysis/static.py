@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import eye
 
+from polycube.analysis import recovery
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain, free_rigid_motions
@@ -24,15 +25,6 @@ from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
 from polycube.analysis.problem import Material, Rotation
-from polycube.analysis.recovery import (
-    SAFETY,
-    TINY,
-    at_places,
-    energy_error,
-    field_of,
-    gradient_field,
-    samples,
-)
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -91,7 +83,7 @@ def deform(
         push = load.traction_at(here.points, here.normals, here.area, metre)
         on_nodes += here.moments(push) * metre**2
     # pressure of a solid that cannot expand
-    heat = material.thermal * field_of(spline, points, partial(at_points, temperature))
+    heat = material.thermal * recovery.field_of(spline, points, partial(at_points, temperature))
     swelling = elasticity.expansion(heat / material.young)
     # for displacements in diagonals
     scaled = on_nodes / (material.young * metres**2) + swelling
@@ -115,12 +107,14 @@ def deform(
     volume = elasticity.volume * metres**3
     stresses = _stresses(spline, material, displacement, heat, volume, singular, radius)
     # what a layer on the boundary adds to twice the energy, see `shape`
-    gain = field_of(spline, stresses["stress"], material.work)
+    gain = recovery.field_of(spline, stresses["stress"], material.work)
     gain = 2 * density * metre * (displacement * pull).sum(axis=1) - gain
     apart = (
-        float(distance_error(spline, gain)) * metre**3 / max(2 * stresses["strain_energy"], TINY)
+        float(distance_error(spline, gain))
+        * metre**3
+        / max(2 * stresses["strain_energy"], recovery.TINY)
     )
-    most = np.linalg.norm(samples(spline, displacement), axis=2).max()
+    most = np.linalg.norm(recovery.samples(spline, displacement), axis=2).max()
     return Deformation(
         displacement=displacement,
         supports=tuple(support.name for support in supports),
@@ -128,7 +122,7 @@ def deform(
         load=on_nodes.sum(axis=0),
         mass=float(density * volume.sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
-        displacement_error=(SAFETY * stresses["stress_error"] ** 2 + apart) * float(most),
+        displacement_error=(recovery.SAFETY * stresses["stress_error"] ** 2 + apart) * float(most),
         **stresses,
     )
 
@@ -153,14 +147,16 @@ def _stresses(
         return von_mises(material.stress(slope))[:, None]
 
     poor = poor_elements(spline)
-    stress = gradient_field(spline, displacement, material.stress, poor) - heat[:, None] * EQUAL
-    equivalent = field_of(spline, stress, von_mises)
+    stress = (
+        recovery.gradient_field(spline, displacement, material.stress, poor) - heat[:, None] * EQUAL
+    )
+    equivalent = recovery.field_of(spline, stress, von_mises)
     largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
     line = gauss(round(np.cbrt(volume.shape[1])))[0]
     values = volume_basis(line)[0]
-    raw = at_places(spline, displacement, material.stress, line)
+    raw = recovery.at_places(spline, displacement, material.stress, line)
     raw -= (heat[spline.nodes] @ values.T)[..., None] * EQUAL
-    error, energy = energy_error(volume, material.work, values @ stress[spline.nodes], raw)
+    error, energy = recovery.energy_error(volume, material.work, values @ stress[spline.nodes], raw)
     return {
         "stress": stress,
         "von_mises": equivalent,

@@ -19,12 +19,16 @@ from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that are merged
+Place = tuple[int, str]  # a solid and one of its sets
 ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
 COVERED = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
 
 
 def combined(
-    meshes: Mapping[int, HexMesh], names: Sequence[str], joints: Sequence[Joint]
+    meshes: Mapping[int, HexMesh],
+    names: Sequence[str],
+    joints: Sequence[Joint],
+    ties: Sequence[tuple[Place, Place]] = (),
 ) -> HexMesh:
     """Merge meshes into one; merged vertices are at the midpoint of both.
 
@@ -32,6 +36,7 @@ def combined(
     ----------
     meshes : meshes by the number of their solid, from 0, ascending
     names : names of all solids; boundary sets are named by the solid and the set
+    ties : sets of different solids that move together, see `HexMesh`
 
     Returns
     -------
@@ -73,6 +78,7 @@ def combined(
             for k, mesh in meshes.items()
             for name, own in mesh.node_sets.items()
         },
+        ties=tuple((sets[a], sets[b]) for a, b in ties if a in sets and b in sets),
         unit=next((mesh.unit for mesh in parts), ""),
     )
 

@@ -35,6 +35,7 @@ ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 GROUPS = ("name", "colour", "layer", "none")
 THREADS = ("absorb", "keep")
+INTERFACES = ("tie", "conform", "separate")
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
@@ -49,12 +50,14 @@ class Cad:
     groups: str = "name"  # what names and groups the faces, one of GROUPS
     units: str | None = None  # length unit of the coordinates in the rest of the run
     threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
+    interfaces: str = "tie"  # how the meshes of touching solids are joined, one of INTERFACES
 
     def __post_init__(self) -> None:
         if self.solid == "all":
             what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
-        for name, known in {"groups": GROUPS, "threads": THREADS}.items():
+        words = {"groups": GROUPS, "threads": THREADS, "interfaces": INTERFACES}
+        for name, known in words.items():
             if getattr(self, name) not in known:
                 what = f"cad.{name} must be one of {', '.join(known)}; got {getattr(self, name)!r}"
                 raise InputError(what)

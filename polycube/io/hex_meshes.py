@@ -13,15 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.errors import InputError
-from polycube.hexmesh.connectivity import (
-    CORNERS,
-    FACES,
-    boundary_quads,
-    check_conforming,
-    hex_mesh,
-    neighbours,
-    quad_edges,
-)
+from polycube.hexmesh import connectivity
 from polycube.hexmesh.quality import triangles
 from polycube.io.access.reading import reading
 from polycube.io.decks import read_deck
@@ -102,13 +94,13 @@ def tidy(vertices: np.ndarray, hexes: np.ndarray, cell: np.ndarray) -> tuple[Hex
     hexes, cell, done = _distinct(hexes, cell)
     hexes, numbered = _in_order(vertices, hexes)
     hexes, turned = _oriented(vertices, hexes)
-    mesh = hex_mesh(vertices, hexes, cell=cell)
+    mesh = connectivity.hex_mesh(vertices, hexes, cell=cell)
     try:
-        check_conforming(mesh)
+        connectivity.check_conforming(mesh)
     except ValueError as error:
         raise InputError(f"the hexes do not meet in whole faces: {error}") from None
     check_surface(boundary(mesh))
-    mesh = hex_mesh(vertices, hexes, mesh.quads, patches(mesh), cell)
+    mesh = connectivity.hex_mesh(vertices, hexes, mesh.quads, patches(mesh), cell)
     return mesh, notes + done + numbered + turned
 
 
@@ -151,7 +143,11 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """(H,) whether the corners are all right-handed, or all left-handed."""
     corners = vertices[hexes]
-    sign = np.sign(np.linalg.det(corners[:, CORNERS[:, 1:]] - corners[:, CORNERS[:, :1]]))
+    sign = np.sign(
+        np.linalg.det(
+            corners[:, connectivity.CORNERS[:, 1:]] - corners[:, connectivity.CORNERS[:, :1]]
+        )
+    )
     return np.abs(sign.sum(axis=1)) == 8
 
 
@@ -162,8 +158,8 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     numberings link equal nodes.
     """
     n = len(hexes)
-    first, second = neighbours(hexes)
-    faces = hexes[:, FACES].reshape(-1, 4)
+    first, second = connectivity.neighbours(hexes)
+    faces = hexes[:, connectivity.FACES].reshape(-1, 4)
     a, b = faces[first], faces[second]
     at = (b == a[:, :1]).argmax(axis=1)
     row = np.arange(len(a))
@@ -188,7 +184,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
         raise InputError("the hexes cannot be oriented: they do not form a solid")
     turn = side[:n] != side[0]
     turned = np.where(turn[:, None], hexes[:, MIRRORED], hexes)
-    corners = triangles(vertices - vertices.mean(axis=0), boundary_quads(turned))
+    corners = triangles(vertices - vertices.mean(axis=0), connectivity.boundary_quads(turned))
     if np.linalg.det(corners).sum() < 0:  # six times the volume
         turn = ~turn
         turned = turned[:, MIRRORED]
@@ -200,7 +196,7 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
 
 def patches(mesh: HexMesh, angle: float = SHARP) -> np.ndarray:
     """(Q,) parts of the boundary between edges that turn by more than `angle` radians."""
-    _, pair = quad_edges(mesh.quads)
+    _, pair = connectivity.quad_edges(mesh.quads)
     corners = mesh.vertices[mesh.quads]
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)

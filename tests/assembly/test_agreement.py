@@ -58,6 +58,13 @@ def test_equal_sides_agree_and_become_one():
         np.testing.assert_array_equal(mesh.vertices[mesh.quads[own]].mean(axis=1), places)
 
 
+def test_ties_have_the_names_of_the_sets_of_the_whole():
+    first, second = block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 4), 1)
+    ties = [((1, "cad_face_1"), (0, "cad_face_2")), ((1, "cad_face_9"), (0, "cad_face_2"))]
+    mesh = combined({0: first, 1: second}, ["a", "b"], [], ties)
+    assert mesh.ties == (("b_cad_face_1", "a_cad_face_2"),)  # there is no set of face 9
+
+
 def test_a_small_side_agrees_with_a_part_of_a_large_one():
     first, second = block([0, 0, 0], (2, 5, 5)), block([2, 1, 1], (3, 2, 3), 1)
     found = meet(first, second, 6)

@@ -81,6 +81,7 @@ def test_meshes_agree_where_equal_cubes_touch_and_not_at_the_small_one(done):
     assert first["solids"] == ["left", "right"] and second["solids"] == ["left", "top"]
     assert first["faces"] == ["cad_face_2", "cad_face_1"]
     assert (first["agree"], second["agree"]) == (True, False)
+    assert (first["joined"], second["joined"]) == ("shared vertices", "tie")
     assert first["area"] == pytest.approx(100) == first["common_area"]
     assert second["area"] == pytest.approx(25) and second["common_area"] == 0
     assert first["quads"] == [16, 16] and first["common_quads"] == 16
@@ -115,10 +116,10 @@ def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
     assert lines[5] == "error: no valid result of 1 of 4 solids: hollow"
 
 
-def combined_again(cubes, folder):
+def combined_again(cubes, folder, *more):
     """Exit code and sentence of the valid three of the cubes, from the results of their runs."""
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
-    cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK])
+    cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK, *more])
     return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was run again"))
 
 
@@ -129,7 +130,12 @@ def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
     deck = (folder / "hex.inp").read_text()
     assert "ELSET=primitive_left" in deck and "NAME=top_x_min" in deck
     assert "NAME=left_x_max" not in deck  # it is inside
+    assert deck.count("*TIE") == 1 and "\ntop_cad_face_5, left_cad_face_6\n" in deck
     assert len(meshio.read(folder / "hex.inp").points) == 9 * 5 * 5 + 5**3
+    for interfaces, points in (("conform", 9 * 5 * 5 + 5**3), ("separate", 3 * 5**3)):
+        assert combined_again(cubes, folder, f"cad.interfaces={interfaces}") == (0, "")
+        assert "*TIE" not in (folder / "hex.inp").read_text()
+        assert len(meshio.read(folder / "hex.inp").points) == points
 
 
 @pytest.mark.slow

@@ -8,15 +8,7 @@ import numpy as np
 from polycube.hexmesh.background.arrangement import to_lines
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.motion import PARALLEL, Motion, screw, turn
-from polycube.surface.measures import (
-    between_faces,
-    cad_vectors,
-    curved_faces,
-    diagonal,
-    frame,
-    half_edges,
-    place,
-)
+from polycube.surface import measures
 from polycube.types import TriMesh
 
 from .stack import NEAR
@@ -49,12 +41,12 @@ def path(surface: TriMesh) -> Path:
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
-    sums, _ = cad_vectors(surface)
+    sums, _ = measures.cad_vectors(surface)
     size = np.linalg.norm(sums, axis=1)
-    planes = np.flatnonzero(~curved_faces(surface, PLANE) & (size > 0))
-    one, two = between_faces(surface)
+    planes = np.flatnonzero(~measures.curved_faces(surface, PLANE) & (size > 0))
+    one, two = measures.between_faces(surface)
     faces = surface.region[np.stack([one // 3, two // 3], axis=1)]
-    curves = half_edges(surface.faces)[one], faces
+    curves = measures.half_edges(surface.faces)[one], faces
     reason = NoBackgroundError("it has no plane end")
     for end in planes[np.argsort(size[planes], kind="stable")][:ENDS].tolist():
         try:
@@ -71,9 +63,9 @@ def _traced(
 
     curves : ends (E, 2) of the edges between faces, and the two faces (E, 2)
     """
-    x, size = surface.vertices, diagonal(surface)
+    x, size = surface.vertices, measures.diagonal(surface)
     ends, faces = curves
-    rows, seen = frame(normal), {end}
+    rows, seen = measures.frame(normal), {end}
     motions: list[Motion] = []
     here = np.flatnonzero((faces == end).any(axis=1))
     origin = x[ends[here]].mean(axis=(0, 1))
@@ -103,7 +95,7 @@ def _traced(
             if off.max() <= far and min(share.min(), 1 - share.max()) >= -PAST:
                 break
         else:
-            where = place(surface, x[used[off.argmax()]])
+            where = measures.place(surface, x[used[off.argmax()]])
             raise NoBackgroundError(f"its section is not constant along a path near {where}")
         seams = ends[own.all(axis=1)].ravel()
         marks.append(flat[np.isin(used, seams)])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from polycube import __version__
-from polycube.assembly.combined import Agreement, Joint, agreements, combined
+from polycube.assembly.combined import Agreement, Joint, Place, agreements, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
 from polycube.hexmesh.cad_faces import with_sets
@@ -28,6 +28,7 @@ from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
 
 MADE = (0, 3)  # exit codes of runs with results; other runs leave those of an earlier run
+SHARED, TIED = "shared vertices", "tie"
 PAGE = ("report.html", "report.json", "hex.vtu")
 
 
@@ -63,12 +64,19 @@ def write_assembly(
     parts = [_part(folder, solid, codes[solid.number], cfg) for solid in solids]
     touching: list[Json] = []
     joints: list[Joint] = []
+    ties: list[tuple[Place, Place]] = []
     for i, j in combinations(range(len(parts)), 2):
-        found = _meeting(parts[i], parts[j])
-        touching += [_contact(parts[i], parts[j], *each) for each in found]
-        joints += [(i, j, how.vertices) for _, how in found if how is not None and how.is_covered]
+        for contact, how in _meeting(parts[i], parts[j]):
+            joined = _joined(how, cfg["cad"]["interfaces"])
+            row = _contact(parts[i], parts[j], contact, how, joined)
+            touching.append(row)
+            if how is not None and joined == SHARED:
+                joints.append((i, j, how.vertices))
+            if how is not None and joined == TIED:
+                places = (i, row["faces"][0]), (j, row["faces"][1])
+                ties.append(places if how.quads[0] > how.quads[1] else places[::-1])
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
-    mesh = combined(meshes, [s.name for s in solids], joints) if meshes else None
+    mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
     report = _report(cfg, parts, touching, mesh)
     earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", "report."))]
     manifest.remove(folder, earlier)
@@ -115,7 +123,18 @@ def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | Non
     return list(zip(found, agreements(first.mesh, second.mesh, found), strict=True))
 
 
-def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | None) -> Json:
+def _joined(how: Agreement | None, interfaces: str) -> str | None:
+    """How the meshes are joined at a contact: `SHARED`, `TIED` in decks, or not at all."""
+    if how is None or interfaces == "separate":
+        return None
+    if how.is_covered:
+        return SHARED
+    return TIED if interfaces == "tie" and min(how.quads) else None
+
+
+def _contact(
+    first: _Part, second: _Part, contact: Contact, how: Agreement | None, joined: str | None
+) -> Json:
     """A contact as written to `report.json`."""
     faces = [(first, contact.first), (second, contact.second)]
     places = [(part.surface, face) for part, face in faces if part.surface is not None]
@@ -125,6 +144,7 @@ def _contact(first: _Part, second: _Part, contact: Contact, how: Agreement | Non
         "names": [face_name(*place) for place in places],
         "area": contact.area,
         "agree": None if how is None else how.is_covered,
+        "joined": joined,
     }
     if how is not None:
         found |= {"quads": list(how.quads), "common_quads": len(how.pairs)}

@@ -18,6 +18,7 @@ from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.io.access.reading import read_json
+from polycube.io.cad import INTERFACES, Cad
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
@@ -48,6 +49,7 @@ def solids_of(cfg: Json) -> list[Solid]:
         if cfg[name]:
             what = f"cad.solid={ALL} cannot be combined with {name}="
             raise InputError(what, "cad.solid", remedy)
+    Cad(**{**cfg["cad"], "solid": None})
     path = Path(str(cfg["mesh"]))
     solids = read_solids(path) if is_cad(path) else []
     if len(solids) > 1:
@@ -58,8 +60,8 @@ def solids_of(cfg: Json) -> list[Solid]:
 
 
 def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
-    """The settings for one solid."""
-    return {**cfg, "cad": {**cfg["cad"], "solid": number}}
+    """The settings for one solid, which do not depend on how it is joined to others."""
+    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": INTERFACES[0]}}
 
 
 def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[int, str]:

@@ -2,12 +2,15 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from polycube.assembly.combined import combined
 from polycube.hexmesh.connectivity import hex_mesh
+from polycube.hexmesh.named_sets import boundary_sets
 from polycube.io.hex_meshes import patches
 from polycube.registry import build, provide
 from polycube.spline.second_order import hex_elements
@@ -70,6 +73,35 @@ def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
     assert rows[:, 0].tolist() == list(range(1, len(own.points) + 1))
     np.testing.assert_allclose(rows[:, 1], 2e8 / YOUNG * own.points[:, 0], atol=1e-8)
     np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-8)
+
+
+def halves(counts):
+    """The two halves of the beam along x with different hexes, tied in the middle."""
+    meshes = {}
+    for number, size in enumerate(counts):
+        plain = hex_box(size, (LENGTH / 2, SIDE, SIDE))
+        moved = plain.vertices + np.array([number * LENGTH / 2, 0, 0])
+        mesh = hex_mesh(moved, plain.hexes, plain.quads, patches(plain))
+        meshes[number] = replace(mesh, sets=boundary_sets(mesh))
+    return combined(meshes, ["a", "b"], [], [((1, "x_min"), (0, "x_max"))])
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
+@pytest.mark.parametrize("counts", [((4, 2, 2), (4, 4, 4)), ((4, 2, 2), (5, 3, 3))])
+def test_tied_halves_are_one_bar(element, counts, tmp_path) -> None:
+    """Tension of two halves whose meshes differ: u = sigma x / E at the end and on average."""
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": [{"plane": [1, 0, 0, 0]}],
+        "loads": [{"at": {"plane": [1, 0, 0, LENGTH]}, "traction": [2e8, 0, 0]}],
+    }
+    mesh = halves(counts)
+    rows = solved(mesh, tmp_path, analysis, element)
+    own = hex_elements(mesh, None, 20 if "20" in element else 8).points
+    exact = 2e8 / YOUNG * own[:, 0]
+    assert rows[own[:, 0] == LENGTH, 1] == pytest.approx(2e8 / YOUNG * LENGTH, rel=1e-2)
+    np.testing.assert_allclose(rows[:, 1], exact, atol=0.02 * exact.max())
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20"])

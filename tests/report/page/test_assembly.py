@@ -51,15 +51,16 @@ def test_only_reports_that_are_there_are_linked(tmp_path):
 
 
 def test_contacts_say_how_much_of_them_the_meshes_share(tmp_path):
-    agreeing = contact(True, quads=[4, 2], common_quads=2, common_area=3.0)
-    part = contact(False, quads=[4, 2], common_quads=1, common_area=1.5)
+    shared = {"common_quads": 2, "common_area": 3.0, "joined": "shared vertices"}
+    agreeing = contact(True, quads=[4, 2], **shared)
+    part = contact(False, quads=[4, 2], common_quads=1, common_area=1.5, joined="tie")
     page = assembly_page("a", report([agreeing, part, contact(None)]), None, tmp_path, [])
     rows = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
     found = [row[3:] for row in rows if row and row[0] == "plate – pin"]
     assert found == [
-        ["yes", "4 – 2", "2", "100 %"],
-        ["no", "4 – 2", "1", "50 %"],
-        ["–", "–", "–", "–"],
+        ["yes", "shared vertices", "4 – 2", "2", "100 %"],
+        ["no", "tie", "4 – 2", "1", "50 %"],
+        ["–", "–", "–", "–", "–"],
     ]
     assert page.count("cad_face_1 (top) – cad_face_2") == 3
 
