@@ -21,6 +21,7 @@ from polycube.types import HexMesh
 Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that are merged
 Place = tuple[int, str]  # a solid and one of its sets
 ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
+ALIKE = 0.9  # areas of faces that are about equal; otherwise the smaller one is bound in a tie
 COVERED = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
 
 
@@ -113,6 +114,7 @@ class Agreement:
     area: float  # area of these quads, in squared model units
     is_covered: bool  # whether they cover the contact, so that the meshes agree there
     vertices: np.ndarray  # (K, 2) vertices of these quads, of the first and the second mesh
+    binds_first: bool  # whether a tie binds the nodes of the first face, not of the second
 
 
 def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> list[Agreement]:
@@ -128,8 +130,10 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
         meshed = areas[0][faces[0] == f].sum(), areas[1][faces[1] == g].sum()
         is_covered = 0 < COVERED * min(contact.area, *meshed) <= area
         counts = int((faces[0] == f).sum()), int((faces[1] == g).sum())
+        is_finer = counts[0] > counts[1]
+        binds_first = is_finer if min(meshed) > ALIKE * max(meshed) else meshed[0] < meshed[1]
         ends = vertices[np.isin(vertices[:, 0], first.quads[own[:, 0]])]
-        found.append(Agreement(counts, own, area, bool(is_covered), ends))
+        found.append(Agreement(counts, own, area, bool(is_covered), ends, bool(binds_first)))
     return found
 
 

@@ -43,7 +43,7 @@ class HexMesh:
     cad_face : (Q,) number of the CAD face of each quad; empty without CAD faces
     cad_names : name in the CAD file of each set that has one
     node_sets : vertices (N,) on each named edge of the CAD file
-    ties : pairs of sets of touching solids that move together, the one with smaller quads first
+    ties : pairs of sets of touching solids that move together, first the one whose nodes are bound
     name : name of the solid in the CAD file
     unit : length unit of the coordinates, such as mm; empty if it is not known
     """

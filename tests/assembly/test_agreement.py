@@ -72,6 +72,14 @@ def test_a_small_side_agrees_with_a_part_of_a_large_one():
     mesh = combined({0: first, 1: second}, ["a", "b"], [(0, 1, found.vertices)])
     check_conforming(mesh)
     assert len(mesh.sets["a_cad_face_2"]) == 25 - 6
+    assert not found.binds_first  # the small side, all of which is in contact
+
+
+def test_a_tie_binds_the_finer_of_equal_faces():
+    coarse, fine = block([0, 0, 0], (2, 3, 4)), block([0, 0, 0], (4, 6, 8), 1)
+    half = replace(fine, vertices=fine.vertices / 2 + np.array([2, 0, 0]))
+    assert not meet(coarse, half, 12).binds_first
+    assert meet(half, coarse, 12, 1, 2).binds_first
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ def write_assembly(
                 joints.append((i, j, how.vertices))
             if how is not None and joined == TIED:
                 places = (i, row["faces"][0]), (j, row["faces"][1])
-                ties.append(places if how.quads[0] > how.quads[1] else places[::-1])
+                ties.append(places if how.binds_first else places[::-1])
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
     report = _report(cfg, parts, touching, mesh)
