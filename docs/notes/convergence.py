@@ -30,7 +30,7 @@ from polycube.spline.bezier import bezier_points
 from polycube.types import HexMesh, Spline, TriMesh
 
 GAUSS = 5
-LARGEST = 120_000  # functions
+LARGEST = 200_000  # functions
 HALVINGS = 3
 CHUNK = 256  # elements in a batch
 FIRST, SECOND = np.array([2.0, -1.0, 1.5]), np.array([-1.0, 2.5, 2.0])  # waves, in diagonals
