@@ -74,12 +74,12 @@ class Preconditioner:
     def restricted(self, matrix: Symmetric | csr_matrix) -> LinearOperator:
         """Restrict a matrix (C, C) or (n C, n C) of all unknowns to the free ones."""
         number = int(self.free.sum())
+        multiply = partial(times, matrix) if issparse(matrix) else matrix.__matmul__
 
         def product(x: np.ndarray) -> np.ndarray:
             every = np.zeros((*self.free.shape, *x.shape[1:]))
             every[self.free] = x
-            columns = every.reshape(matrix.shape[0], -1)
-            found = times(matrix, columns) if issparse(matrix) else matrix @ columns
+            found = multiply(every.reshape(matrix.shape[0], -1))
             return found.reshape(every.shape)[self.free]
 
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)

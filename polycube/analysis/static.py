@@ -109,11 +109,8 @@ def deform(
     # what a layer on the boundary adds to twice the energy, see `shape`
     gain = recovery.field_of(spline, stresses["stress"], material.work)
     gain = 2 * density * metre * (displacement * pull).sum(axis=1) - gain
-    apart = (
-        float(distance_error(spline, gain))
-        * metre**3
-        / max(2 * stresses["strain_energy"], recovery.TINY)
-    )
+    energy = max(2 * stresses["strain_energy"], recovery.TINY)
+    apart = float(distance_error(spline, gain)) * metre**3 / energy
     most = np.linalg.norm(recovery.samples(spline, displacement), axis=2).max()
     return Deformation(
         displacement=displacement,
@@ -147,9 +144,8 @@ def _stresses(
         return von_mises(material.stress(slope))[:, None]
 
     poor = poor_elements(spline)
-    stress = (
-        recovery.gradient_field(spline, displacement, material.stress, poor) - heat[:, None] * EQUAL
-    )
+    stress = recovery.gradient_field(spline, displacement, material.stress, poor)
+    stress -= heat[:, None] * EQUAL
     equivalent = recovery.field_of(spline, stress, von_mises)
     largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
     line = gauss(round(np.cbrt(volume.shape[1])))[0]

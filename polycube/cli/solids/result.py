@@ -67,12 +67,11 @@ def write_assembly(
     ties: list[tuple[Place, Place]] = []
     for i, j in combinations(range(len(parts)), 2):
         for contact, how in _meeting(parts[i], parts[j]):
-            joined = _joined(how, cfg["cad"]["interfaces"])
-            row = _contact(parts[i], parts[j], contact, how, joined)
+            row = _contact(parts[i], parts[j], contact, how, cfg["cad"]["interfaces"])
             touching.append(row)
-            if how is not None and joined == SHARED:
+            if how is not None and row["joined"] == SHARED:
                 joints.append((i, j, how.vertices))
-            if how is not None and joined == TIED:
+            if how is not None and row["joined"] == TIED:
                 places = (i, row["faces"][0]), (j, row["faces"][1])
                 ties.append(places if how.binds_first else places[::-1])
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
@@ -133,7 +132,7 @@ def _joined(how: Agreement | None, interfaces: str) -> str | None:
 
 
 def _contact(
-    first: _Part, second: _Part, contact: Contact, how: Agreement | None, joined: str | None
+    first: _Part, second: _Part, contact: Contact, how: Agreement | None, interfaces: str
 ) -> Json:
     """A contact as written to `report.json`."""
     faces = [(first, contact.first), (second, contact.second)]
@@ -144,7 +143,7 @@ def _contact(
         "names": [face_name(*place) for place in places],
         "area": contact.area,
         "agree": None if how is None else how.is_covered,
-        "joined": joined,
+        "joined": _joined(how, interfaces),
     }
     if how is not None:
         found |= {"quads": list(how.quads), "common_quads": len(how.pairs)}
