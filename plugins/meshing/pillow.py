@@ -18,6 +18,9 @@ PATCHES = ("auto", "all", "none")
 SHEETS = ("polycube", "all", "none")
 
 
+WEIGHT, SLACK = (3.0, 20.0), (0.1, 0.05)  # of the springs, in the first round and in the last
+
+
 @register("meshing/pillow", "selective")
 @dataclass(frozen=True)
 class Selective:
@@ -77,15 +80,16 @@ class Selective:
     def _registered(self, layered: HexMesh, goal: Target, exact: bool) -> HexMesh:
         """A mesh with new layers after a registration."""
         from polycube.fitting.registration import register_mesh
+        from polycube.surface.fit_target import ALPHA
 
         return register_mesh(
             layered,
             goal,
             self.rounds,
             self.iterations,
-            alpha=(0.04, 0.04),
-            weight=(3.0, 20.0),
-            slack=(0.1, 0.05),
+            alpha=(ALPHA, ALPHA),
+            weight=WEIGHT,
+            slack=SLACK,
             features=exact,
         )
 

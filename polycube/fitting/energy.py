@@ -26,15 +26,18 @@ from polycube.numerics.vectors import cross, dot
 
 _DIRECTION = np.vstack([FRAME_EDGES[:8] // 4, [0, 1, 2]])  # direction of each edge of each frame
 _TINY = 1e-30
+_LEAST_CHI = 1e-12
 LANES = 32  # hexes evaluated together
 LEAST = 3000  # smallest number of hexes for a thread
+EPS = 1e-3  # regularization of d for valid hexes
+FLOOR = 1e-3  # largest bound of the determinants in a descent
 
 
 class Terms(NamedTuple):
     """Weights of the two hex terms, and the bound of the determinants."""
 
     shape: float = 1.0
-    eps: float = 1e-3
+    eps: float = EPS
     barrel: float = 0.1
     jacobian: float = 0.0
     beta: float = 1.0
@@ -63,6 +66,11 @@ def energy(
     if np.isfinite(value):
         value += spring_energy(x, springs, gradient)
     return value, gradient
+
+
+def bound(least: float) -> float:
+    """Bound of the determinants in a descent from valid hexes with the smallest one `least`."""
+    return min(0.5 * least, FLOOR)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
@@ -187,7 +195,7 @@ def _frame(
         d = det * scale
         norm = a2 * wa + b2 * wb + c2 * wc
         root = np.sqrt(terms.eps * terms.eps + d * d)
-        third = inverse_cube_root(max(0.5 * (d + root), 1e-12))
+        third = inverse_cube_root(max(0.5 * (d + root), _LEAST_CHI))
         power, inverse = third * third, third * third * third
         spread = terms.barrel * 0.5 * (d * d + 1) * inverse
         slope = (-2 / 9 * norm * power - spread) * 0.5 * (1 + d / root) + terms.barrel * d

@@ -18,7 +18,7 @@ from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import EDGES, FACES, neighbours, quad_sides, unique_rows
 from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected
+from polycube.surface.measures import connected, unit
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -105,10 +105,9 @@ def corners(
     anywhere : also between other edges that lie on curves
     """
     quads = problem.quads
-    direction = placed[np.roll(quads, -1, axis=1)] - placed[quads]
+    direction = unit(placed[np.roll(quads, -1, axis=1)] - placed[quads])
     back = -np.roll(direction, 1, axis=1)
     cosine = np.einsum("qkd,qkd->qk", direction, back)
-    cosine /= np.linalg.norm(direction, axis=2) * np.linalg.norm(back, axis=2) + 1e-30
     key = np.array([len(placed), 1])
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
 

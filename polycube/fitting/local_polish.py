@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.fitting import energy
-from polycube.fitting.creases.constraints import FREE, Goals
+from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.energy import Terms
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull, together
 from polycube.numerics.lbfgs import descend
+from polycube.surface.fit_target import ALPHA, FREE
 
 BAND = 0.1  # hexes better than the worst one by up to this value are improved as well
 MOST = 60  # largest number of these hexes
@@ -23,7 +24,7 @@ RINGS = 1  # rings of hexes around them whose vertices move; 2 and 3 cost more w
 ITERATIONS = 30
 ON_GOAL = 1e-6  # distance from a goal, in diagonals, below which a vertex is at its goal
 LOOSE = 3.0  # weight of the springs of other vertices, per square of the size
-ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
+SLIDING = Terms(shape=0.01, barrel=0.05, jacobian=1.0)  # of vertices that slide on the surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +73,8 @@ def raise_worst(
         part = replace(part, moves=part.moves & moves[part.vertices])
     start = np.ascontiguousarray(x[part.vertices])
     lengths = np.ascontiguousarray(lengths[part.hexes])
-    floor = min(0.5 * energy.least_determinant(start, part.corners, lengths), 1e-3)
-    terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, float(jacobian.min()), floor)
+    floor = energy.bound(energy.least_determinant(start, part.corners, lengths))
+    terms = SLIDING._replace(beta=beta, offset=float(jacobian.min()), floor=floor)
     is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
     springs = together([pull_back(problem, x, at, part, is_away), _within(cover, part, len(x))])
     rails, slides = rails_of(problem, x, at, part, is_away)

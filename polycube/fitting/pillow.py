@@ -13,10 +13,12 @@ from polycube.fitting.creases.constraints import Matching, chains, on_crease
 from polycube.fitting.problem import FitProblem
 from polycube.hexmesh.connectivity import exposed, hex_mesh, label_of, quad_edges
 from polycube.hexmesh.generation.sheets import middles
+from polycube.surface.fit_target import ALPHA
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
+ON_CREASE = 0.6  # smallest share of a sharp border of two regions on a crease
 FLAT = np.deg2rad(155)  # angle of a hex at an edge above which its scaled Jacobian is poor
 
 
@@ -34,7 +36,7 @@ def smooth_regions(
     problem: FitProblem,
     x: np.ndarray,
     matching: Matching,
-    least: float = 0.6,
+    least: float = ON_CREASE,
     by_angle: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Regions (Q,), and quads (Q,) in regions with a smooth or nearly flat border.
@@ -79,7 +81,7 @@ def _is_concave(problem: FitProblem, x: np.ndarray) -> np.ndarray:
     """(E,) whether the target is concave between the two quads of each boundary edge."""
     _, quad_normals = problem.normals(x)
     middle = x[problem.quads].mean(axis=1)
-    _, face = problem.target.closest(middle, quad_normals, 0.04)
+    _, face = problem.target.closest(middle, quad_normals, ALPHA)
     facing = problem.target.normals[face][problem.side_quads]  # (E, 2, 3)
     across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
     return np.einsum("ed,ed->e", facing[:, 1] - facing[:, 0], across) < 0

@@ -24,10 +24,11 @@ from polycube.fitting.creases.constraints import (
 from polycube.fitting.creases.recovery import recover_creases
 from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
-from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import GOOD, State, cover_of, goals_of, snap, state_of
-from polycube.fitting.springs import pull
-from polycube.surface.fit_target import Target
+from polycube.fitting.problem import KEPT, FitProblem
+from polycube.fitting.snapping import GOOD, POINT_ALPHA, State, cover_of, goals_of, snap, state_of
+from polycube.fitting.springs import between, pull
+from polycube.fitting.untangling import untangled
+from polycube.surface.fit_target import ALPHA, Target
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -35,12 +36,30 @@ logger = logging.getLogger(__name__)
 # scaled Jacobians below which soft features are released, one for each pass
 RELEASE_BELOW = 0.35, 0.45, 0.55
 INVERTING = (0.02,)  # the same for exact features: only nearly inverted hexes
-STIFF = 3000.0  # weight of the boundary in the hard rounds, per square of the size
+SOFT = Terms(shape=0.05, barrel=0.05, jacobian=1.0)  # energy of the soft rounds
+SOFT_BETAS = 5.0, 25.0  # sharpness of the soft minimum in the first and the last soft round
+SOFT_WEIGHTS = 10.0, 300.0  # weight of the boundary in the first soft round, and later
+EARLY = 1.5  # the last weight is reached so many times earlier than the last round
+SLACK = 0.01  # share of this weight along the surface
+WEAKEST = 0.05  # smallest weight beside released hexes
+POINTS, MOST_POINTS = 0.2, 30.0  # share of the weight for points of the surface, up to this value
+SOFT_OFFSETS, HARD_OFFSETS = (-0.2, 0.5), (-0.2, 0.6)  # limits of the offset
+UNTRUSTED, START = 0.2, 0.1  # features beside hexes below the first value start with this trust
+LIFTED = 0.15  # scaled Jacobian below which the boundary is released in soft rounds
+RELEASE, RECOVER, HOLD = 0.3, 1.3, 1.5  # factors: on both at poor hexes, on trust, on the boundary
+HARD = Terms(shape=0.02, barrel=0.05, jacobian=1.0)  # energy of the hard rounds
+HARD_BETAS = 8.0, 60.0  # sharpness in the first and the last hard round
+STIFF, LOOSE = 3000.0, 0.02  # weights of the boundary then, normal to it and along it
+STRAY = 0.02  # distance, in local sizes, at which the normal weight is half
+LOSS = 0.02  # loss of score that a projection may cause, down to LEAST, and always above ENOUGH
+LEAST, ENOUGH = 0.02, 0.6
+RESTART = 0.15  # loss of score after which a hard round begins at the best mesh
 PATIENCE = 8  # rounds without improvement after which a phase ends
 BETAS = 20.0, 250.0  # sharpness of the soft minimum in the first and the last local round
 SHARPEN = 1.6  # factor after a local round of small gain
 SMALL_GAIN = 0.004  # gain of a local round that counts as small
-RESTART_LOSS = 0.05  # loss in a local round after which it restarts from the best mesh
+LOCAL_RESTART = 0.05  # the same for a local round
+MORE, LESS = 1.2, 0.7  # ratio to it at which springs are doubled; factor on them otherwise
 MISSED = 0.008  # distance exceeded by 1 % of the surface that has no penalty
 # scaled Jacobian equivalent to a diagonal of distance beyond MISSED, or beyond the initial value
 UNCOVERED = 10.0
@@ -118,21 +137,6 @@ def _after_soft_and_hard(
     return problem, matching, best
 
 
-def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = None) -> np.ndarray:
-    """Move the vertices until all hexes are valid; unchanged if they are.
-
-    The boundary is held by ever weaker springs. moves : (V,) vertices that may move; None: all
-    """
-    place = x[problem.outer]
-    for weight in 0.3 ** np.arange(12):
-        if problem.scaled_jacobian(x).min() > 0:
-            break
-        every = weight / problem.size(x)[problem.outer] ** 2
-        springs = pull(problem.outer, place, np.zeros_like(place), 0 * every, every)
-        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), [springs], 50, moves)
-    return x
-
-
 def _soft(
     problem: FitProblem,
     x: np.ndarray,
@@ -144,26 +148,27 @@ def _soft(
 ) -> State:
     """Best projected state of rounds with springs at the boundary, weak below `release_below`."""
     jacobian = problem.scaled_jacobian(x)
-    trust = np.where(problem.touching(jacobian < min(0.2, release_below)), 0.1, 1.0)
+    trust = np.where(problem.touching(jacobian < min(UNTRUSTED, release_below)), START, 1.0)
     hold = np.ones(len(x))
     found = rounds // 3  # round of the best state
     for k, step in enumerate(np.linspace(0, 1, rounds)):
-        beta, weight = 5 * 5**step, 10 * 30 ** min(1.0, 1.5 * step)
+        weight = between(SOFT_WEIGHTS, min(1.0, EARLY * step))
         at = goals_of(problem, x, matching, np.ones(len(x)))
         size = problem.size(x)
-        on = (np.maximum(weight * hold, 0.05) / size**2)[problem.outer]
+        on = (np.maximum(weight * hold, WEAKEST) / size**2)[problem.outer]
         _, quad_normals = problem.normals(x)
+        points = POINTS * min(weight, MOST_POINTS)
         springs = [
-            pull(problem.outer, at.foot, at.facing, on, 0.01 * on),
+            pull(problem.outer, at.foot, at.facing, on, SLACK * on),
             *at.springs(weight * trust / size**2),
-            problem.cover(x, quad_normals, 0.04, 0.2 * min(weight, 30.0) * trust, 0.0),
+            problem.cover(x, quad_normals, ALPHA, points * trust, 0.0),
         ]
-        offset = float(np.clip(jacobian.min(), -0.2, 0.5))
-        terms = Terms(shape=0.05, barrel=0.05, jacobian=1.0, beta=beta, offset=offset)
-        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 20, moves)
+        offset = float(np.clip(jacobian.min(), *SOFT_OFFSETS))
+        terms = SOFT._replace(beta=between(SOFT_BETAS, step), offset=offset)
+        x = problem.relax(x, problem.lengths(x, *KEPT), terms, springs, 20, moves)
         jacobian = problem.scaled_jacobian(x)
-        trust = _relaxed(trust, problem.touching(jacobian < release_below), 1.3)
-        hold = _relaxed(hold, problem.touching(jacobian < 0.15), 1.5)
+        trust = _relaxed(trust, problem.touching(jacobian < release_below), RECOVER)
+        hold = _relaxed(hold, problem.touching(jacobian < LIFTED), HOLD)
         if k >= rounds // 3:
             at = goals_of(problem, x, matching, trust)
             new = snap(problem, x, at, min(release_below, jacobian.min()), trust)
@@ -186,23 +191,23 @@ def _hard(
         free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
         vertex, foot = problem.outer[free], at.foot[free]
         stray = np.linalg.norm(foot - x[vertex], axis=1) / size[vertex]
-        on = STIFF / (1 + (stray / 0.02) ** 2) / size[vertex] ** 2
+        on = STIFF / (1 + (stray / STRAY) ** 2) / size[vertex] ** 2
         _, quad_normals = problem.normals(x)
         springs = [
-            pull(vertex, foot, at.facing[free], on, on * (0.02 / STIFF)),
+            pull(vertex, foot, at.facing[free], on, on * (LOOSE / STIFF)),
             *at.springs(STIFF / size**2),
-            problem.cover(x, quad_normals, 0.03, 1.0 * trust, 0.0),
+            problem.cover(x, quad_normals, POINT_ALPHA, 1.0 * trust, 0.0),
         ]
-        offset = float(np.clip(problem.scaled_jacobian(x).min(), -0.2, 0.6))
-        terms = Terms(shape=0.02, barrel=0.05, jacobian=1.0, beta=8 * 7.5**step, offset=offset)
-        x = problem.relax(x, problem.lengths(x, 2, 0.05), terms, springs, 25, moves)
-        least = max(min(best.score - 0.02, 0.6), 0.02)
+        offset = float(np.clip(problem.scaled_jacobian(x).min(), *HARD_OFFSETS))
+        terms = HARD._replace(beta=between(HARD_BETAS, step), offset=offset)
+        x = problem.relax(x, problem.lengths(x, *KEPT), terms, springs, 25, moves)
+        least = max(min(best.score - LOSS, ENOUGH), LEAST)
         new = snap(problem, x, goals_of(problem, x, matching, trust), least, trust)
         if new.score > best.score:
             best, found = new, k
         elif k - found > PATIENCE:
             break
-        x = new.x if new.score > best.score - 0.15 else best.x
+        x = new.x if new.score > best.score - RESTART else best.x
     return best
 
 
@@ -214,7 +219,7 @@ def _local(
     The springs of the surface are doubled after a round that leaves it uncovered.
     """
     x, trust, beta, strength = best.x, best.trust, BETAS[0], 1.0
-    lengths = problem.lengths(x, 2, 0.05)
+    lengths = problem.lengths(x, *KEPT)
     cover, missed = cover_of(problem, best, strength)
     allowed, value = max(missed, MISSED), best.score
     for _ in range(rounds):
@@ -222,11 +227,11 @@ def _local(
             problem, x, lengths, goals_of(problem, x, matching, trust), cover, beta, moves
         )
         at = goals_of(problem, x, matching, trust)
-        least = max(best.score - 0.02, 0.02)
+        least = max(best.score - LOSS, LEAST)
         states = state_of(problem, x, at, trust), snap(problem, x, at, least, trust)
         new = max(states, key=lambda state: state.score)
         cover, missed = cover_of(problem, new, strength)
-        strength = 2 * strength if missed > 1.2 * allowed else max(1.0, 0.7 * strength)
+        strength = 2 * strength if missed > MORE * allowed else max(1.0, LESS * strength)
         reached = new.score - UNCOVERED * max(0.0, missed - allowed)
         if reached < value + SMALL_GAIN:
             beta *= SHARPEN
@@ -235,10 +240,10 @@ def _local(
         if beta > BETAS[1]:
             break
         x = new.x
-        if reached < value - RESTART_LOSS:
+        if reached < value - LOCAL_RESTART:
             x, (cover, _) = best.x, cover_of(problem, best, strength)
     return best
 
 
 def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
-    return np.where(bad, 0.3 * trust, np.minimum(1, recovery * trust))
+    return np.where(bad, RELEASE * trust, np.minimum(1, recovery * trust))

@@ -24,6 +24,14 @@ from polycube.surface.fit_target import Target
 from polycube.surface.measures import connected, unit
 from polycube.types import HexMesh
 
+# smoothing steps and isotropy of the wanted lengths, see `FitProblem.lengths`
+RESHAPED = 3, 0.1  # while hexes take their shape
+KEPT = 2, 0.05  # while the worst hexes are improved
+SMALLEST = 0.3  # of the median: smallest size of a vertex
+SHORTEST = 0.15  # of the median: smallest wanted length
+TANGLED = 0.01  # smallest determinant below which the energy is regularized in proportion to it
+SPREAD = 0.04  # square of the ratio of the regularization and the determinant
+
 
 class FitProblem:
     """Connectivity of a hex mesh and the surface to which it is fitted.
@@ -98,10 +106,10 @@ class FitProblem:
         return unit(self._at_vertex @ by_quad), unit(by_quad)
 
     def size(self, x: np.ndarray) -> np.ndarray:
-        """(V,) mean length of the boundary edges at a vertex, at least 0.3 of the median."""
+        """(V,) mean length of the boundary edges at a vertex, at least SMALLEST of the median."""
         length = np.linalg.norm(x[self.sides[:, 0]] - x[self.sides[:, 1]], axis=1)
         mean = self._side_mean @ length
-        return np.maximum(mean, 0.3 * np.median(mean[self.outer])) if len(self.outer) else mean
+        return np.maximum(mean, SMALLEST * np.median(mean[self.outer])) if len(self.outer) else mean
 
     def lengths(self, x: np.ndarray, smooth: int, isotropy: float) -> np.ndarray:
         """(H, 3) wanted edge lengths: the present means, smoothed over neighbours.
@@ -110,7 +118,7 @@ class FitProblem:
         isotropy : share of the mean of the three directions
         """
         length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
-        log = np.log(np.maximum(length, 0.15 * np.median(length))).ravel()
+        log = np.log(np.maximum(length, SHORTEST * np.median(length))).ravel()
         for _ in range(smooth):
             log = 0.5 * log + 0.5 * (self._direction_mean @ log)
         log = log.reshape(-1, 3)
@@ -192,8 +200,9 @@ class FitProblem:
         moves : (V,) vertices that may move; None: all
         """
         least = energy.least_determinant(x, self.hexes, lengths)
-        eps = min(np.sqrt(1e-6 + 0.04 * least**2), 1.0) if least < 0.01 else 1e-3
-        floor = min(0.5 * least, 1e-3) if least > 0 else -np.inf
+        is_tangled = least < TANGLED
+        eps = min(np.sqrt(energy.EPS**2 + SPREAD * least**2), 1.0) if is_tangled else energy.EPS
+        floor = energy.bound(least) if least > 0 else -np.inf
         terms, pulls = terms._replace(eps=eps, floor=floor), together(springs)
         free = 1.0 if moves is None else moves[:, None]
 

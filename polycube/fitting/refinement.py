@@ -15,13 +15,13 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching, goals, match, no_features
 from polycube.fitting.energy import Terms
 from polycube.fitting.polish import polish
-from polycube.fitting.problem import FitProblem
-from polycube.fitting.snapping import exceeded_limits, merit
-from polycube.fitting.springs import pull
+from polycube.fitting.problem import RESHAPED, FitProblem
+from polycube.fitting.snapping import TRUSTED, exceeded_limits, merit
+from polycube.fitting.springs import adjusted, between, pull
 from polycube.hexmesh.connectivity import edges, split
 from polycube.hexmesh.inspection import inspect
 from polycube.numerics.harmonic import harmonic
-from polycube.surface.fit_target import Target, target
+from polycube.surface.fit_target import ALPHA, Target, target
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -29,11 +29,15 @@ logger = logging.getLogger(__name__)
 LEAST = 0.41  # smallest scaled Jacobian of a refined mesh
 # smallest share of the scaled Jacobian of the coarse mesh, if that is less than LEAST
 RELATIVE_LEAST = 0.9
+ROUNDING = 1e-6  # smaller differences of a scaled Jacobian or a distance do not count
 GOOD = 0.5  # score above which no other recipe is tried
 REACH = 0.0038  # distance within which 99 % of the surface should be: 0.4 % with any sampling
 FAR = 50.0  # penalty per diagonal beyond it
-NORMALS = 0.04  # weight of the difference of unit normals, a length in diagonals
 NEAR = 0.3  # largest distance of a sharp edge to which the boundary is moved, in local sizes
+RELEASED = 0.45  # scaled Jacobian below which the springs of a hex are weakened
+SLACK = 0.02  # share of the springs along the surface
+RAISING = Terms(jacobian=1.0, beta=10.0, offset=0.5)  # energy of the fit
+REDUCTION = 0.3  # of the move of vertices at a bad hex, in each attempt
 ATTEMPTS = 40  # attempts to move less far; in the last ten, no vertex near a bad hex moves
 SAMPLES = 3  # points of the surface that are matched with the mesh, per boundary vertex
 
@@ -88,7 +92,7 @@ def refine(
                 100 * distance,
                 100 * found.deviation.vertices,
             )
-            is_near = distance <= reach or distance + 1e-9 < before.deviation.to_mesh.p99
+            is_near = distance <= reach or distance + ROUNDING < before.deviation.to_mesh.p99
             passes = found.scaled_jacobian >= least and is_near
             is_sound = exceeded_limits(found) <= exceeded_limits(before)
             is_sound &= found.n_lost_features <= before.n_lost_features
@@ -131,7 +135,7 @@ def advance(problem: FitProblem, x: np.ndarray, wanted: np.ndarray, least: float
     No hex falls below `least`, and no hex already below becomes worse: if a whole neighbourhood
     stays, it is unchanged.
     """
-    allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-6)
+    allowed = np.minimum(least, problem.scaled_jacobian(x) - ROUNDING)
     share = np.ones(len(x))
     for attempt in range(ATTEMPTS):
         y = x + share[:, None] * (wanted - x)
@@ -139,7 +143,7 @@ def advance(problem: FitProblem, x: np.ndarray, wanted: np.ndarray, least: float
         if not bad.any():
             return y
         rings = _rings(problem, problem.touching(bad))
-        share *= 1 - 0.3 * rings if attempt < ATTEMPTS - 10 else rings < 1
+        share *= 1 - REDUCTION * rings if attempt < ATTEMPTS - 10 else rings < 1
     return x
 
 
@@ -157,9 +161,9 @@ def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndar
 
     The goals are on sharp edges and corners only if these are close.
     """
-    at = goals(problem, x, matching, NORMALS, np.ones(len(x), bool))
+    at = goals(problem, x, matching, ALPHA, np.ones(len(x), bool))
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
-    at = goals(problem, x, matching, NORMALS, gap < NEAR * problem.size(x))
+    at = goals(problem, x, matching, ALPHA, gap < NEAR * problem.size(x))
     free = np.setdiff1d(np.arange(len(x)), problem.outer)
     return x + harmonic(x, edges(problem.hexes), free, at.place(problem, x) - x)
 
@@ -167,19 +171,17 @@ def _at_goals(problem: FitProblem, x: np.ndarray, matching: Matching) -> np.ndar
 def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe) -> np.ndarray:
     """Rounds of descent with increasingly stiff springs; weaker ones around bad hexes."""
     trust = np.ones(len(x))
-    low, high = recipe.weight
     for step in np.linspace(0, 1, recipe.rounds):
-        weight = low * (high / low) ** step
-        at = goals(problem, x, matching, NORMALS, trust > 0.3)
+        weight = between(recipe.weight, step)
+        at = goals(problem, x, matching, ALPHA, trust > TRUSTED)
         size, (_, quad_normals) = problem.size(x), problem.normals(x)
         on = (weight * trust / size**2)[problem.outer]
         springs = [
-            pull(problem.outer, at.foot, at.facing, on, 0.02 * on),
+            pull(problem.outer, at.foot, at.facing, on, SLACK * on),
             *at.springs(weight * trust / size**2),
-            problem.cover(x, quad_normals, NORMALS, recipe.cover * weight * trust, 0.0),
+            problem.cover(x, quad_normals, ALPHA, recipe.cover * weight * trust, 0.0),
         ]
-        terms = Terms(jacobian=1.0, beta=10.0, offset=0.5)
-        x = problem.relax(x, problem.lengths(x, 3, 0.1), terms, springs, 20)
-        bad = problem.touching(problem.scaled_jacobian(x) < 0.45)
-        trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
+        x = problem.relax(x, problem.lengths(x, *RESHAPED), RAISING, springs, 20)
+        bad = problem.touching(problem.scaled_jacobian(x) < RELEASED)
+        trust = adjusted(trust, bad)
     return x

@@ -20,17 +20,22 @@ import numpy as np
 
 from polycube.fitting.creases.constraints import along_curves, match, no_features
 from polycube.fitting.energy import Terms
-from polycube.fitting.problem import FitProblem
-from polycube.fitting.springs import pull
+from polycube.fitting.problem import RESHAPED, FitProblem
+from polycube.fitting.springs import adjusted, between, pull
 from polycube.hexmesh.generation.template import counts, map_through, mesh
 from polycube.hexmesh.quality import volume
 from polycube.surface import measures as surfaces
-from polycube.surface.fit_target import Target
+from polycube.surface.fit_target import ALPHA, Target
 from polycube.types import HexMesh, PerAxis, Polycube, RoughMap
 
 logger = logging.getLogger(__name__)
 
 Range = tuple[float, float]  # value in the first and in the last round, geometric in between
+TURN = 0.15, ALPHA  # weight of the difference of unit normals, a length in diagonals
+WEIGHT = 0.3, 20.0  # of the springs normal to the surface
+SLACK = 0.5, 0.05  # their share along the surface
+BAD = 0.1  # scaled Jacobian of a bad hex after a short registration
+RELEASED = 0.2  # scaled Jacobian below which the springs of a hex are released
 RATIO = 1.4  # ratio of the sizes of a mesh and the next coarser one
 
 
@@ -40,7 +45,7 @@ class ShortQuality:
 
     to_surface: float  # 98th percentile of the boundary vertices
     to_mesh: float  # 98th percentile of points of the surface
-    bad: float  # share of hexes with a scaled Jacobian below 0.1
+    bad: float  # share of hexes with a scaled Jacobian below BAD
     mean_jacobian: float
     min_jacobian: float
     volume_ratio: float  # of the mesh, relative to the surface
@@ -53,9 +58,9 @@ def register_mesh(
     iterations: int = 25,
     samples: int = 2500,
     *,
-    alpha: Range = (0.15, 0.04),
-    weight: Range = (0.3, 20.0),
-    slack: Range = (0.5, 0.05),
+    alpha: Range = TURN,
+    weight: Range = WEIGHT,
+    slack: Range = SLACK,
     coverage: float = 0.5,
     features: bool = False,
 ) -> HexMesh:
@@ -76,8 +81,7 @@ def register_mesh(
     is_matched[np.append(matching.curve, matching.corner)] = True
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, rounds):
-        # between the first and the last value in equal ratios
-        turn, pulling, loose = (a * (b / a) ** step for a, b in (alpha, weight, slack))
+        turn, pulling, loose = (between(ends, step) for ends in (alpha, weight, slack))
         normals, quad_normals = problem.normals(x)
         foot, facing = problem.feet(x, normals, turn)
         strength = pulling * trust / problem.size(x) ** 2
@@ -87,9 +91,9 @@ def register_mesh(
             *along_curves(x, matching, strength),
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
-        x = problem.relax(x, problem.lengths(x, 3, 0.1), Terms(), springs, iterations)
-        bad = problem.touching(problem.scaled_jacobian(x) < 0.2)
-        trust = np.where(bad, np.maximum(0.4 * trust, 0.02), np.minimum(1.3 * trust, 1))
+        x = problem.relax(x, problem.lengths(x, *RESHAPED), Terms(), springs, iterations)
+        bad = problem.touching(problem.scaled_jacobian(x) < RELEASED)
+        trust = adjusted(trust, bad)
     worst = problem.scaled_jacobian(x).min()
     logger.info("register: %d hexes, smallest scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))
@@ -105,13 +109,13 @@ def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     problem = FitProblem(mesh, target, 2500)
     x = target.to_unit(mesh.vertices)
     normals, quad_normals = problem.normals(x)
-    foot, _ = problem.feet(x, normals, 0.04)
+    foot, _ = problem.feet(x, normals, ALPHA)
     springs = problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
     jacobian = problem.scaled_jacobian(x)
     return ShortQuality(
         to_surface=_per_cent(x[problem.outer] - foot),
         to_mesh=_per_cent(springs.gaps(x)),
-        bad=float((jacobian < 0.1).mean()),
+        bad=float((jacobian < BAD).mean()),
         mean_jacobian=float(jacobian.mean()),
         min_jacobian=float(jacobian.min()),
         volume_ratio=volume(mesh) / (surfaces.volume(target.surface) * target.scale**3),

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.fitting.creases.constraints import Goals, Matching, goals
-from polycube.fitting.local_polish import ALPHA
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs
 from polycube.hexmesh.inspection import Inspection
+from polycube.surface.fit_target import ALPHA
 from polycube.types import Goal
 
 OFF = 20.0  # scaled Jacobian equivalent to a diagonal of distance from the surface
+TRUSTED = 0.3  # trust above which a vertex has a feature as its goal
+POINT_ALPHA = 0.03  # weight of the difference of unit normals for points of the surface
 COVER = 0.3  # weight of the springs of the surface in local rounds (0 loses the rim of the barrel)
 STRAYED = 200.0  # the same for exact features, beyond the permitted distance
 GOOD = 0.6  # scaled Jacobian above which the springs of the surface have weight 1
@@ -20,6 +22,9 @@ BEYOND = 0.25  # weight of the scaled Jacobian above it
 # of the diagonal: distance from mesh edges that 5 % of the creases may exceed
 CREASES = Goal.features
 INVALID = 1e6  # penalty of an inverted hex: any valid mesh is better
+SNAP_LOSS = 1e-3  # of the scaled Jacobian of a poor hex by a move to the goals
+NEAR = 0.001  # of the diagonal: distance of boundary vertices without penalty
+VOLUME = 0.03  # difference of the volume ratio from 1 without penalty
 APART = 0.045  # of the diagonal: limit of the distance of all sample points in both directions
 
 
@@ -42,7 +47,7 @@ class State:
 
 def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.ndarray) -> Goals:
     """Goals of all boundary vertices; features only at trusted vertices (V,)."""
-    return goals(problem, x, matching, ALPHA, trust > 0.3)
+    return goals(problem, x, matching, ALPHA, trust > TRUSTED)
 
 
 def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
@@ -79,7 +84,7 @@ def snap(
     goal = at.place(problem, x)
     if moves is not None:
         goal[~moves] = x[~moves]
-    allowed = np.minimum(least, problem.scaled_jacobian(x) - 1e-3)
+    allowed = np.minimum(least, problem.scaled_jacobian(x) - SNAP_LOSS)
     share = np.ones((len(x), 1))
     for attempt in range(100):
         y = x + share * (goal - x)
@@ -93,7 +98,7 @@ def snap(
 def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Springs, float]:
     """Springs of the surface on the quads, and the distance that 1 % of its points exceed."""
     weight = np.full(len(state.x), strength * (COVER if state.jacobian < GOOD else 1.0))
-    springs = problem.cover(state.x, problem.normals(state.x)[1], 0.03, weight, 0.0)
+    springs = problem.cover(state.x, problem.normals(state.x)[1], POINT_ALPHA, weight, 0.0)
     return springs, float(np.percentile(np.linalg.norm(springs.gaps(state.x), axis=1), 99))
 
 
@@ -110,7 +115,7 @@ def merit_of(jacobian: float, vertices: float, creases: float, near: float = CRE
         min(jacobian, FULL)
         + BEYOND * max(0, jacobian - FULL)
         - INVALID * (jacobian <= 0)
-        - 20 * max(0, vertices - 0.001)
+        - 20 * max(0, vertices - NEAR)
         - 5 * max(0, creases - near)
     )
 
@@ -125,7 +130,7 @@ def merit(found: Inspection) -> float:
     return (
         merit_of(found.scaled_jacobian, apart.vertices, found.creases)
         - 5 * max(0, apart.p99 - Goal.distance)
-        - 4 * max(0, abs(found.volume_ratio - 1) - 0.03)
+        - 4 * max(0, abs(found.volume_ratio - 1) - VOLUME)
     )
 
 

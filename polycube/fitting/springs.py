@@ -1,9 +1,11 @@
-"""Quadratic springs at points of a hex mesh, with their energy and its gradient."""
+"""Quadratic springs at points of a hex mesh: energy, gradient, and changes of their weights."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+WEAKENED, WEAKEST, RECOVERY = 0.4, 0.02, 1.3  # factors and limit of the trust
 
 
 class Springs(NamedTuple):
@@ -42,6 +44,16 @@ def together(springs: list[Springs]) -> Springs:
     return Springs(
         *(np.ascontiguousarray(np.concatenate(part)) for part in zip(*springs, strict=True))
     )
+
+
+def between(ends: tuple[float, float], step: float) -> float:
+    """Value between the first and the last one, at a step from 0 to 1, in equal ratios."""
+    return ends[0] * (ends[1] / ends[0]) ** step
+
+
+def adjusted(trust: np.ndarray, bad: np.ndarray) -> np.ndarray:
+    """Weights (V,) of the springs at vertices: lower where `bad` (V,), elsewhere rising to 1."""
+    return np.where(bad, np.maximum(WEAKENED * trust, WEAKEST), np.minimum(RECOVERY * trust, 1))
 
 
 @njit(cache=True, nogil=True)

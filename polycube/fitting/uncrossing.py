@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from polycube.fitting.pillow import layer
-from polycube.fitting.polish import untangled
 from polycube.fitting.problem import FitProblem
+from polycube.fitting.untangling import untangled
 from polycube.hexmesh.connectivity import part, quad_edges, quad_sides
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian

@@ -17,7 +17,7 @@ from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import ends_and_holes
 from polycube.hexmesh.named_sets import CadSets, boundary_sets, cad_faces, cad_sets, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
-from polycube.surface.fit_target import target
+from polycube.surface.fit_target import ALPHA, target
 from polycube.surface.measures import twins, unit
 from polycube.types import HexMesh, TriMesh
 
@@ -28,7 +28,6 @@ BORDER = 0.2  # of a quad: cost of a side between two faces away from curves
 SMOOTH = np.cos(np.radians(30))
 SPREAD = 0.003  # of the diagonal: how much farther than the surface the CAD face of a quad may be
 TINY = 1e-9
-ALPHA = 0.04  # of the diagonal: distance equivalent to opposite normals
 NINTHS = np.array([(u, v) for v in (1 / 6, 1 / 2, 5 / 6) for u in (1 / 6, 1 / 2, 5 / 6)])
 
 

@@ -14,7 +14,7 @@ from polycube.hexmesh.quality import Distances
 from polycube.spline.bernstein import bernstein, derivative, gauss
 from polycube.spline.bezier import min_detj
 from polycube.surface import closest
-from polycube.surface.fit_target import target
+from polycube.surface.fit_target import ALPHA, FREE, target
 from polycube.surface.measures import unit
 from polycube.types import Spline, TriMesh
 
@@ -34,8 +34,6 @@ _CORNERS = [0, 3, 12, 15]
 PIECES = 4  # divisions of a boundary face in each direction
 SAMPLES = 8000  # points on the surface, in addition to its vertices
 N_GAUSS = 5  # per direction: exact for bicubic traces times normals
-ALPHA = 0.04  # weight of the difference of unit normals, a length in diagonals
-FREE = 1.0  # squared difference of normals (60 degrees) without penalty
 
 
 class Elements(Protocol):

@@ -15,7 +15,7 @@ from polycube.spline import boundary
 from polycube.spline.bernstein import gauss
 from polycube.surface import closest
 from polycube.surface.curved import smooth_curve
-from polycube.surface.fit_target import Target
+from polycube.surface.fit_target import ALPHA, FREE, Target
 from polycube.surface.measures import twins
 from polycube.types import Spline
 
@@ -61,7 +61,7 @@ class Matcher:
         self._tree: closest.Tree | None = None
         self._points, self._normals, self._on = target.samples(SAMPLES)
         if len(target.surface.region):
-            feet = target.closest(self._points, self._normals, boundary.ALPHA)
+            feet = target.closest(self._points, self._normals, ALPHA)
             self._points, self._normals = target.smooth(*feet)
         found = set(cad_face.tolist())
         loose = (c for c in target.followed.creases if not found.issuperset(c.faces))
@@ -84,9 +84,7 @@ class Matcher:
     def _from_spline(self, control: np.ndarray, facing: np.ndarray, share: np.ndarray) -> Matches:
         at = self.rows @ control
         chart = np.repeat(self._cad_face, OWN**2)
-        foot, self._own_face = self.target.closest(
-            at, facing, boundary.ALPHA, self._own_face, boundary.FREE, chart
-        )
+        foot, self._own_face = self.target.closest(at, facing, ALPHA, self._own_face, FREE, chart)
         weight = np.repeat(share, OWN**2) / OWN**2
         return Matches(self.rows, *self.target.smooth(foot, self._own_face), weight)
 
@@ -128,8 +126,8 @@ class Matcher:
         self, tree: closest.Tree, points: np.ndarray, facing: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, csr_matrix]:
         """Face and part (n,) of the closest points on the boundary, and their rows (n, C)."""
-        alpha = 0.0 if facing is None else boundary.ALPHA
-        _, piece, share = closest.closest(tree, points, facing, alpha, None, boundary.FREE)
+        alpha = 0.0 if facing is None else ALPHA
+        _, piece, share = closest.closest(tree, points, facing, alpha, None, FREE)
         face, local = np.divmod(piece, 2 * PIECES**2)
         u, v = np.einsum("nk,nkd->dn", share, boundary.corners(PIECES)[local])
         rows, _, _ = boundary.sampling(self.spline, u, v, face)

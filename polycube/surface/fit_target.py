@@ -15,6 +15,8 @@ from polycube.surface.curves.features import Features
 from polycube.surface.filtered_normals import steady_normals
 from polycube.types import TriMesh
 
+ALPHA = 0.04  # weight of the difference of unit normals in closest points, a length in diagonals
+FREE = 1.0  # squared difference of unit normals (60 degrees) without penalty
 STEADY = 0.025  # half a hex: radius over which the normals of noisy faces are averaged
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import area_vectors, connected, edges, euler, half_edges
+from polycube.surface.measures import area_vectors, connected, edges, euler, half_edges, unit
 from polycube.types import TriMesh
 
 if TYPE_CHECKING:
@@ -159,8 +159,8 @@ def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iter
 
 def _direction(vectors: np.ndarray) -> np.ndarray | None:
     """(3,) direction across the upright axis along a face with some area vectors (N, 3)."""
-    area = np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
-    spread, axes = np.linalg.eigh((vectors / area[:, None]).T @ vectors / area.sum())
+    area = np.linalg.norm(vectors, axis=1).sum() or 1.0
+    spread, axes = np.linalg.eigh(unit(vectors).T @ vectors / area)
     along = axes[:, 0] if spread[1] > STRAIGHT else np.cross([0, 0, 1], axes[:, 2])
     if spread[0] > STRAIGHT or along[2] ** 2 > STRAIGHT:
         return None

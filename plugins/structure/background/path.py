@@ -17,6 +17,7 @@ from .walls import SAG
 PLANE = 1e-6  # share of the area that an end may lose in its mean direction
 PAST = 1e-4  # of a motion: distance of its wall beyond its ends
 HELICAL = 3e-4  # of the diagonal: tolerance for helical faces, which CAD programs approximate
+FLAT = 1e-4  # of the extent of an end: distance of its vertices from its plane, and shortest motion
 ENDS = 60  # largest number of planes that are tried as an end
 
 
@@ -128,7 +129,7 @@ def _motions(
     other, step = axes[2], target - centre
     length = np.linalg.norm(step)
     extent = abs(out).max()
-    if abs(out @ other).max() > 1e-4 * extent or length < 1e-4 * extent:
+    if abs(out @ other).max() > FLAT * extent or length < FLAT * extent:
         raise NoBackgroundError("its section is not constant along a path")
     axis, ends = np.cross(normal, other), (centre, target, normal)
     if np.linalg.norm(axis) > PARALLEL:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.surface.measures import place, triangle_vectors
+from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
 
 from .leaning import Leaning, between, over
@@ -130,7 +130,7 @@ def squared_off(
     """
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
     vectors = triangle_vectors(before[face.faces])
-    steep = abs(vectors[:, 2]) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
+    steep = abs(unit(vectors)[:, 2])
     at_foot, at_top = (
         np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
     )
@@ -193,8 +193,7 @@ def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -
     used, faces = np.unique(face.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     vectors = triangle_vectors(before[face.faces])
-    out = vectors[:, :2].sum(axis=0)
-    out /= max(np.linalg.norm(out), 1e-300)
+    out = unit(vectors[:, :2].sum(axis=0))
     along = vectors @ np.array([-out[1], out[0], 0])
     bottom, top = before[low, 2].mean(), before[high, 2].mean()
     foot = before[np.concatenate([low, high]), :2] @ out

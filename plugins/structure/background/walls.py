@@ -7,7 +7,7 @@ import numpy as np
 
 from polycube.hexmesh.background.arrangement import cross, to_lines
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.surface.measures import area_vectors, connected, place
+from polycube.surface.measures import area_vectors, connected, place, unit
 from polycube.types import TriMesh
 
 FLAT = 1e-3  # sine of an angle: tolerance for whole faces along the axis or perpendicular to it
@@ -31,8 +31,7 @@ def triangles(surface: TriMesh, near: float) -> Triangles:
     area = np.linalg.norm(vectors, axis=1)
     corners = surface.vertices[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    normals = vectors / np.maximum(area, 1e-300)[:, None]
-    return Triangles(area, normals, 2 * area < 10 * near * longest)
+    return Triangles(area, unit(vectors), 2 * area < 10 * near * longest)
 
 
 def caps(

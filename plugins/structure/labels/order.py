@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.optimize import nnls
 
-from polycube.surface.measures import face_areas, face_normals, half_edges
+from polycube.surface.measures import face_areas, face_normals, half_edges, unit
 
 from .charts import Charts, chart_ends
 from .pieces import Pieces
@@ -50,8 +50,7 @@ def _along(pieces: Pieces, charts: Charts) -> list[Seen]:
     half, across = chart_ends(pieces, charts)
     corner = half_edges(pieces.surface.faces)[half]
     ends = pieces.surface.vertices[corner]
-    inward = np.cross(face_normals(pieces.surface)[half // 3], ends[:, 1] - ends[:, 0])
-    inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-30)[:, None]
+    inward = unit(np.cross(face_normals(pieces.surface)[half // 3], ends[:, 1] - ends[:, 0]))
     own = charts.chart[half // 3]
     result = []
     for chart in range(len(charts.chart_label)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.structure.lattice import OUTWARD
 from polycube.surface.edge_splits import cut, refined
-from polycube.surface.measures import connected, face_areas, face_normals, half_edges, twins
+from polycube.surface.measures import connected, face_areas, face_normals, half_edges, twins, unit
 from polycube.types import TriMesh
 
 FLAT = np.cos(np.radians(1))  # for two normals in one plane
@@ -117,7 +117,7 @@ def _mean(part: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> np.ndarra
     """(N, 3) unit mean normal of each part (F,) of triangles."""
     total = np.zeros((part.max() + 1, 3))
     np.add.at(total, part, normals * areas[:, None])
-    return total / np.maximum(np.linalg.norm(total, axis=1), 1e-30)[:, None]
+    return unit(total)
 
 
 class Arcs(NamedTuple):

@@ -16,6 +16,7 @@ NEAREST = 0.6  # of a block: smallest distance of two planes
 MIDDLE = 0.2  # of a block: largest distance of an inner plane from the centre
 LEAST = 0.25  # of the area of a side of a cell: smallest area of a plane
 ROUNDS = 20
+PRICE = 0.05  # of a change of a cell besides its weight
 THIN = 0.15  # smallest share of a cell in a wall that fills cells
 AROUND = np.ones((3, 3, 3), bool)
 
@@ -144,8 +145,9 @@ def _repair(solid: np.ndarray, codes: np.ndarray, weight: np.ndarray, table: np.
                     continue
                 gain = -flip(solid, codes, i, j, k, table)[1]
                 flip(solid, codes, i, j, k, table)
-                if gain / (0.05 + weight[i, j, k]) > best:
-                    best, chosen = gain / (0.05 + weight[i, j, k]), bit
+                value = gain / (PRICE + weight[i, j, k])
+                if value > best:
+                    best, chosen = value, bit
             for bit in range(8):
                 i, j, k = a + (bit >> 2), b + (bit >> 1 & 1), c + (bit & 1)
                 if bit == chosen or (chosen < 0 and weight[i, j, k] <= 1 and not solid[i, j, k]):

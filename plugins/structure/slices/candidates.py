@@ -12,6 +12,8 @@ from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 from .alignment import Alignment, SlabPattern, View, align
 from .options import Costs, SliceOptions
 
+NARROW = 0.35  # of the median: smallest width of a slice
+BLUR = 1.5  # standard deviation of the smoothing along the row, in slices
 TIE = 0.01  # weight of the lengths among equally good alignments
 THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
 
@@ -83,12 +85,12 @@ def _lines(alignment: Alignment) -> np.ndarray:
     """(X, 2, 4) y lines and z lines of every slice, in voxels, smoothed along the row."""
     outer, inner = (_fill(values) for values in _measured_lines(alignment))
     centre, width = outer.mean(axis=-1), np.ptp(outer, axis=-1)
-    width = np.maximum(width, 0.35 * np.median(width, axis=0))
+    width = np.maximum(width, NARROW * np.median(width, axis=0))
     low, high = np.clip(inner[..., 0], 0.08, 0.8), np.clip(inner[..., 1], 0.2, 0.92)
     middle, half = (low + high) / 2, np.maximum(high - low, 0.12) / 2
     inner = np.stack([(middle - half).clip(0.06, 0.82), (middle + half).clip(0.18, 0.94)], axis=-1)
     centre, width, inner = (
-        gaussian_filter1d(values, 1.5, axis=0, mode="nearest") for values in (centre, width, inner)
+        gaussian_filter1d(values, BLUR, axis=0, mode="nearest") for values in (centre, width, inner)
     )
     fractions = np.insert(inner, [0, 2], [0, 1], axis=-1)
     return (centre - width / 2)[..., None] + width[..., None] * fractions

@@ -16,6 +16,7 @@ from polycube.fitting.springs import Springs, pull
 from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
 from polycube.surface.curves.features import Crease, covered
+from polycube.surface.fit_target import ALPHA, FREE
 from polycube.surface.measures import connected, curved_faces
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
@@ -23,8 +24,6 @@ NEAR = 0.04
 ALLOWED = 0.0025  # permitted distance from exact features at straight curves, in diagonals
 NEAREST = 0.0005  # smallest permitted distance, at curved ones
 STRAIGHT = 1 - 1e-5  # smallest ratio of the chord of a straight crease to its length
-FREE = 1.0  # squared difference of normals (60 degrees) without penalty
-NORMAL = 0.04  # weight of the difference of unit normals, a length in diagonals
 MOST = 0.5  # smallest share of the area of a part on its CAD face
 
 
@@ -235,7 +234,7 @@ def quad_faces(
     if not features.n_faces:
         return np.zeros(len(problem.quads), np.int64)
     part, corners = problem.parts(~on_curve), x[problem.quads]
-    _, triangle = problem.target.closest(corners.mean(axis=1), problem.normals(x)[1], NORMAL)
+    _, triangle = problem.target.closest(corners.mean(axis=1), problem.normals(x)[1], ALPHA)
     cross = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     votes = np.zeros((part.max() + 1, region.max() + 1))
     np.add.at(votes, (part, region[triangle]), np.linalg.norm(cross, axis=1))

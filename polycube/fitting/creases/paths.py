@@ -27,9 +27,12 @@ from polycube.fitting.creases.routing import (
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
 from polycube.surface.curves.features import Crease, Features, covered, merged
+from polycube.surface.measures import unit
 
 logger = logging.getLogger(__name__)
 
+FORBIDDEN = 1e6  # cost of a vertex out of reach of a corner
+STEP = 0.02  # arc length, in diagonals, over which the direction of a crease at its end is taken
 MEAN_REACH = 1.0  # largest mean distance of a path
 NOT_MATCHED = 5.0  # cost of a corner without a vertex
 ALONG = 0.6  # smallest mean cosine between path and crease
@@ -89,12 +92,12 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     near = gap < reach[candidate]
     corner, candidate, gap = corner[near], candidate[near], gap[near]
     vertices, column = np.unique(problem.outer[candidate], return_inverse=True)
-    cost = np.full((len(distinct), len(vertices) + len(distinct)), 1e6)
+    cost = np.full((len(distinct), len(vertices) + len(distinct)), FORBIDDEN)
     cost[corner, column] = (gap / mesh.size[vertices[column]]) ** 2
     leaving = _leaving_directions(features)
     cost[corner, column] += _misfits(distinct[corner], vertices[column], *leaving, mesh)
     cost[:, len(vertices) :] = NOT_MATCHED
-    row, column = linear_sum_assignment(np.minimum(cost, 1e6))
+    row, column = linear_sum_assignment(np.minimum(cost, FORBIDDEN))
     found = np.full(len(representative), -1)
     real = column < len(vertices)
     found[distinct[row[real]]] = vertices[column[real]]
@@ -112,10 +115,10 @@ def _leaving_directions(features: Features) -> tuple[np.ndarray, np.ndarray, np.
             continue
         for end, sign in zip(crease.ends, (1, -1), strict=True):
             arc = 0.0 if sign > 0 else crease.length
-            step = min(0.02, crease.length)
+            step = min(STEP, crease.length)
             to, _, inside = crease.at(np.array([arc + sign * step]))
             direction = to[0] - features.corners[end]
-            rows.append([*direction / max(np.linalg.norm(direction), 1e-30), inside[0], end])
+            rows.append([*unit(direction), inside[0], end])
     table = np.reshape(rows, (-1, 5))
     table = table[np.argsort(table[:, 4], kind="stable")]
     first = np.searchsorted(table[:, 4], np.arange(len(features.corners) + 1))

@@ -12,7 +12,7 @@ import numpy as np
 from polycube.fitting.creases.constraints import Matching
 from polycube.fitting.creases.paths import find_routes, numbered
 from polycube.fitting.local_polish import ON_GOAL, raise_worst
-from polycube.fitting.problem import FitProblem
+from polycube.fitting.problem import KEPT, FitProblem
 from polycube.fitting.snapping import CREASES, FULL, State, cover_of, goals_of, merit_of, snap
 from polycube.fitting.springs import together
 from polycube.hexmesh.quality import off_creases
@@ -25,6 +25,7 @@ PULL = 0.2  # weight of a crease on vertices that are not on it, per square of t
 GROW = 1.2  # factor on this weight after a round with the worst hex at the limit
 WEAKEN = 0.7  # factor on this weight after a round with the worst hex more than SHORT below
 SHORT = 0.01
+UNTRUSTED = 0.1  # trust of vertices that did not reach their crease
 BETA = 60.0  # sharpness of the soft minimum
 PATIENCE = 4  # rounds without gain after which the recovery ends
 GAIN = 0.0005  # smallest gain, in units of the score
@@ -47,7 +48,7 @@ def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds
     if soft and not missed[np.append(at.curve, at.corner)].any():
         return best
     value, floor, found = _merit(problem, best, off, limit), min(best.jacobian, FULL), 0
-    lengths, (cover, _) = problem.lengths(best.x, 2, 0.05), cover_of(problem, best, 1.0)
+    lengths, (cover, _) = problem.lengths(best.x, *KEPT), cover_of(problem, best, 1.0)
     x, pull, before, last = best.x, PULL, off, best.jacobian
     for k in range(rounds):
         state = _snapped_to_creases(problem, x, matching, floor)
@@ -82,7 +83,7 @@ def _snapped_to_creases(
     at = goals_of(problem, x, matching, every)
     y = snap(problem, x, at, floor, every).x
     missed = np.linalg.norm(at.place(problem, x) - y, axis=1) > ON_GOAL
-    trust = np.where(missed, 0.1, 1.0)
+    trust = np.where(missed, UNTRUSTED, 1.0)
     return snap(problem, y, goals_of(problem, y, matching, trust), floor, trust)
 
 

@@ -13,10 +13,12 @@ from scipy.optimize import linear_sum_assignment
 
 from polycube.fitting.problem import FitProblem
 from polycube.surface.curves.creases import Crease
+from polycube.surface.measures import unit
 
 REACH = 2.0  # largest distance of a vertex, in local sizes
-# costs: squared distance, 1 - cos, deviation of the angle of a hex from 90 degrees
-AWAY, ASKEW, CROWDED = 4.0, 2.0, 1.0
+# costs per length: any edge, squared distance, 1 - cos, deviation of the angle of a hex from 90
+# degrees
+LONG, AWAY, ASKEW, CROWDED = 0.1, 4.0, 2.0, 1.0
 PRESENT, ALONG = 0.01, 0.2  # cost of an edge on the crease, and its largest 1 - cos
 ANCHORS = 4  # number of anchor points of a loop
 
@@ -36,8 +38,7 @@ class Net(NamedTuple):
 def net(problem: FitProblem, x: np.ndarray) -> Net:
     """The boundary edges of a problem at positions x."""
     step = x[problem.sides[:, 1]] - x[problem.sides[:, 0]]
-    length = np.maximum(np.linalg.norm(step, axis=1), 1e-30)
-    run = step / length[:, None]
+    length, run = np.linalg.norm(step, axis=1), unit(step)
     both = np.concatenate([problem.sides, problem.sides[:, ::-1]])
     order = np.argsort(both[:, 0], kind="stable")
     start, end = both[order].T
@@ -90,7 +91,7 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net, on: flo
     size = (mesh.size[start] + mesh.size[end]) / 2
     square = (gap[one] ** 2 + gap[two] ** 2 + off**2) / 3
     askew = 1 - np.einsum("nd,nd->n", direction, mesh.run[used])
-    each = 0.1 + AWAY * square / size**2 + ASKEW * askew
+    each = LONG + AWAY * square / size**2 + ASKEW * askew
     each += CROWDED * crowding(inside, mesh.hexes[used])
     each[(np.maximum(gap[one], gap[two]) < on * size) & (askew < ALONG)] = PRESENT
     first = np.searchsorted(one, np.arange(len(vertex) + 1))

@@ -18,18 +18,23 @@ from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.fitted import certified_jacobian, cost, distances, halved_energy
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.energy import Terms
-from polycube.fitting.local_polish import ON_GOAL, Region, pull_back, rails_of, retraction
+from polycube.fitting.local_polish import ON_GOAL, SLIDING, Region, pull_back, rails_of, retraction
+from polycube.fitting.problem import KEPT, RESHAPED
 from polycube.fitting.snapping import goals_of, snap
 from polycube.fitting.springs import NO_SPRINGS, pull, together
 from polycube.numerics.lbfgs import descend
 
 WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
+SLACK = 0.01  # share of these weights along the surface
+SETTLING = Terms(shape=0.2, barrel=0.1, jacobian=1.0, beta=5.0, offset=0.2)  # afterwards
 UNFOLD_BETAS = (20.0, 20.0, 30.0, 30.0, 40.0, 60.0)  # sharpness of the soft minimum in each round
+UNFOLD_OFFSET = 0.2  # scaled Jacobian at which a hex costs 1 / beta
 # factor on the original cost, for each round, above which the fit is abandoned
 ABANDON = (2.5, 2.0, 1.5, 1.3, 1.2, 1.1)
 # scaled Jacobian below which the vertices of a hex are not moved to their goals
 SNAPPED = (0.05, 0.1)
 UNFOLD_WORSE = 1.2  # factor on the cost for vertices moved to their goals
+IN_ENVELOPE = SLIDING._replace(shape=1e-3)  # energy in the envelope
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
 ROUNDS = 2  # rounds for each; closest points are updated once per round
 ITERATIONS = 20
@@ -59,13 +64,12 @@ def refit(near: Neighbourhood, aim: float, before: float) -> Refit:
     """
     problem = near.problem
     x = problem.mesh.vertices.copy()
-    lengths = problem.lengths(x, 3, 0.1)
+    lengths = problem.lengths(x, *RESHAPED)
     for weight in WEIGHTS:
         x = _descended(near, x, lengths, Terms(), 40, weight)
-        lengths = problem.lengths(x, 2, 0.05)
-    soft = Terms(shape=0.2, barrel=0.1, jacobian=1.0, beta=5.0, offset=0.2)
-    x = _descended(near, x, lengths, soft, 30, WEIGHTS[-1])
-    lengths = problem.lengths(x, 2, 0.05)
+        lengths = problem.lengths(x, *KEPT)
+    x = _descended(near, x, lengths, SETTLING, 30, WEIGHTS[-1])
+    lengths = problem.lengths(x, *KEPT)
     x = at_goals(near, x, SNAPPED[0])
     best = evaluated(near, x, aim)
     for beta, most in zip(UNFOLD_BETAS, ABANDON, strict=True):
@@ -107,7 +111,7 @@ def _descended(
     every = weight / problem.size(x) ** 2
     free = ~np.isin(problem.outer, np.append(at.curve, at.corner))
     vertex, on = problem.outer[free], every[problem.outer[free]]
-    springs = [pull(vertex, at.foot[free], at.facing[free], on, 0.01 * on), *at.springs(every)]
+    springs = [pull(vertex, at.foot[free], at.facing[free], on, SLACK * on), *at.springs(every)]
     return problem.relax(x, lengths, terms, springs, iterations, near.moves)
 
 
@@ -121,7 +125,7 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     springs = together([pull_back(problem, x, at, region, is_away)])
     rails, slides = rails_of(problem, x, at, region, is_away)
     least = energy.least_determinant(x, problem.hexes, lengths)
-    terms = Terms(0.01, 1e-3, 0.05, 1.0, beta, 0.2, min(0.5 * least, 1e-3))
+    terms = SLIDING._replace(beta=beta, offset=UNFOLD_OFFSET, floor=energy.bound(least))
     whole = halved_energy(x, problem.hexes, lengths, terms, springs)
 
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:
@@ -145,7 +149,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
     """
     problem, free = near.problem, replace(near, moves=near.moves & ~held)
     x = problem.mesh.vertices.copy()
-    lengths = problem.lengths(x, 2, 0.05)
+    lengths = problem.lengths(x, *KEPT)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     permitted = _permitted_distance(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
     best = evaluated(near, x, aim)
@@ -154,7 +158,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
         if least <= 0 or best.least >= aim:
             break
         offset = float(problem.scaled_jacobian(x).min())
-        terms = Terms(1e-3, 1e-3, 0.05, 1.0, beta, offset, min(0.5 * least, 1e-3))
+        terms = IN_ENVELOPE._replace(beta=beta, offset=offset, floor=energy.bound(least))
         whole = halved_energy(x, problem.hexes, lengths, terms, NO_SPRINGS)
         function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)

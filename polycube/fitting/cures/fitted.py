@@ -20,7 +20,7 @@ from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.connectivity import CHILDREN, GRID, PLACES, quad_edges, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected, half_edges
+from polycube.surface.measures import connected, half_edges, unit
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTANCE
@@ -169,8 +169,7 @@ class Faces:
     def _corners(self, fit: Fitted) -> tuple[np.ndarray, np.ndarray]:
         """Quads (Q,) with flat corners between edges on paths, and quads (Q,) with other ones."""
         x, quads = fit.mesh.vertices, self.quads
-        direction = x[np.roll(quads, -1, axis=1)] - x[quads]
-        direction /= np.linalg.norm(direction, axis=2, keepdims=True) + 1e-30
+        direction = unit(x[np.roll(quads, -1, axis=1)] - x[quads])
         is_flat = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1)) < np.cos(FLAT)
         on = np.isin(edge_keys(half_edges(quads), len(x)), self._on).reshape(-1, 4)
         between = on & np.roll(on, 1, axis=1)
