@@ -15,8 +15,9 @@ from polycube.kinds import Acceptance
 from polycube.registry import register, setting
 from polycube.types import Goal, HexMesh, TriMesh, Verdict
 
+from . import sentences
+
 if TYPE_CHECKING:
-    from polycube.hexmesh.feature_distances import Feature
     from polycube.hexmesh.inspection import Inspection
 
 CERTIFY = ("everywhere", "corners")
@@ -25,7 +26,6 @@ SOME_LOST = 0.4  # shortfall of lost features, whatever their number
 # more for their weighted share: at most the first, half of it for the second
 ALL_LOST, HALF_LOST = 1.2, 0.1
 MISSED = 0.02  # shortfall of a scaled Jacobian that is just below the wanted one
-FORCED = 0.9  # share of the sine of an acute angle of the part that a hex there reaches
 
 
 @register("acceptance", "standard")
@@ -73,12 +73,12 @@ class Standard(Goal, Acceptance):
         found = inspect(hexes, surface)
         is_positive = found.scaled_jacobian > 0
         open_ones = self._not_certified(hexes) if is_positive else np.zeros(0, np.int64)
-        failures = tuple(self._failures(found, open_ones))
+        failures = tuple(sentences.failures(self, found, open_ones))
         # inverted hexes are worse than crossings, these than large distances, these than the rest
-        is_off = found.largest > self.distance_limit or self._volume_error(found)
+        is_off = found.largest > self.distance_limit or sentences.has_wrong_volume(self, found)
         is_bad = 4 * bool(len(found.crossings)) + 2 * is_off + bool(failures)
         is_bad += 8 * (not is_positive)
-        warnings = () if failures else (*self._warnings(found), *self._unmet(found))
+        warnings = () if failures else (*sentences.warnings(self, found), *self._unmet(found))
         shortfall = self._shortfall(found, is_bad, len(warnings))
         merits = merit(found) - DOUBLED * float(np.log2(len(hexes.hexes)))
         key = -float(is_bad), -sum(shortfall.values()), merits
@@ -102,19 +102,15 @@ class Standard(Goal, Acceptance):
         }
         return {name: value for name, value in parts.items() if value > 0}
 
-    def _volume_error(self, found: Inspection) -> bool:
-        """Whether the volume is too different from that of the part."""
-        return abs(found.volume_ratio - 1) > self.volume_limit
-
     def _lost_share(self, found: Inspection) -> float:
         """Shortfall for lost features, below 2; 0 within the margin."""
         if not len(found.surface.region):
             return 0.25 * min(1.0, max(0.0, found.creases / self.features - 1))
-        excess = sum(min(1.0, each.excess(self) - 1) for each in self._off(found))
+        excess = sum(min(1.0, each.excess(self) - 1) for each in sentences.lost(self, found))
         number, without = max(1, len(found.features)), len(found.lost_faces)
         if excess + without <= self.margin * number:
             return 0.0
-        share = ((excess + len(self._off(found))) / 2 + without) / number
+        share = ((excess + len(sentences.lost(self, found))) / 2 + without) / number
         return SOME_LOST + ALL_LOST * share / (share + HALF_LOST)
 
     def _wishes(self, found: Inspection) -> float:
@@ -157,104 +153,11 @@ class Standard(Goal, Acceptance):
 
         return np.flatnonzero(~certify(hexes.vertices, hexes.hexes).positive)
 
-    def _least(self, surface: TriMesh) -> float:
-        """Smallest scaled Jacobian of a valid mesh, less where an angle of the part forces it."""
-        from polycube.surface.curves.acute import acute
-
-        forced = (FORCED * float(np.sin(each.angle)) for each in acute(surface))
-        return min([self.least_jacobian, *forced])
-
-    def _failures(self, found: Inspection, open_ones: np.ndarray) -> Iterator[str]:
-        """Reasons why the mesh is not valid."""
-        worst = found.scaled_jacobian
-        least = self._least(found.surface) if worst < self.least_jacobian else 0.0
-        if worst <= 0 or worst < least:
-            needed = f"{least:g} or more" if worst > 0 else "above 0"
-            yield f"the smallest scaled Jacobian is {worst:.3f}; it must be {needed}"
-        if len(found.crossings):
-            place = np.round(found.crossing_at, 3).tolist()
-            yield (
-                f"the boundary intersects itself: {len(found.crossings)} pairs of quads, the first "
-                f"at {place}"
-            )
-        if len(open_ones):
-            yield (
-                f"the Jacobian of {len(open_ones)} of {len(found.mesh.hexes)} hexes is not "
-                f"positive everywhere; the first is number {open_ones[0]}"
-            )
-        if self._volume_error(found):
-            yield (
-                f"the volume is {found.volume_ratio:.1%} of the part's, more than "
-                f"{self.volume_limit:.0%} off"
-            )
-        if found.largest > self.distance_limit:
-            yield (
-                f"mesh and surface are up to {found.largest:.1%} of the diagonal apart, more than "
-                f"{self.distance_limit:.0%}"
-            )
-
-    def _warnings(self, found: Inspection) -> Iterator[str]:
-        """Warnings about a valid mesh."""
-        from polycube.hexmesh.named_sets import face_set
-
-        apart, p99 = found.deviation, found.deviation.p99
-        if found.scaled_jacobian < self.poor_jacobian:
-            yield (
-                f"the smallest scaled Jacobian is {found.scaled_jacobian:.3f}, below "
-                f"{self.poor_jacobian:g}"
-            )
-        if apart.vertices >= self.far_vertices:
-            yield (
-                f"boundary vertices are up to {apart.vertices:.2%} of the diagonal away from the "
-                f"surface, more than {self.far_vertices:.1%}"
-            )
-        if abs(found.volume_ratio - 1) >= self.far_volume:
-            yield (
-                f"the volume is {found.volume_ratio:.1%} of the part's, more than "
-                f"{self.far_volume:.0%} off"
-            )
-        for off, limit, length in (
-            (found.off_wall, self.far_wall, "wall thickness"),
-            (found.off_size, self.far_size, "edge length of the hexes"),
-        ):
-            if off.share > limit:
-                place = np.round(off.place, 3).tolist()
-                yield (
-                    f"mesh and surface are {off.distance:.3g} apart at {place}, which is "
-                    f"{off.share:.0%} of the {length} there, {off.length:.3g}"
-                )
-                break
-        else:
-            if found.largest > max(self.distance, self.peak * p99):
-                place = np.round(found.farthest_at, 3).tolist()
-                yield (
-                    f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
-                    f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
-                )
-        lost = self._off(found)
-        if lost:
-            worst = max(lost, key=lambda each: each.excess(self))
-            faces = " and ".join(face_set(found.surface, face) for face in worst.faces)
-            yield (
-                f"{len(lost)} of {len(found.features)} points, curves and faces of the CAD model "
-                f"are lost: farther than {self.features:.1%} of the diagonal or "
-                f"{self.feature_share:.0%} of their size; first the {worst.kind} of {faces} at "
-                f"{np.round(worst.place, 3).tolist()}, {worst.distance:.2%} of the diagonal away"
-            )
-        if found.lost_faces:
-            names = ", ".join(found.lost_faces[:5]) + ", ..." * (len(found.lost_faces) > 5)
-            number = len(found.lost_faces)
-            yield f"{number} CAD {'face has' if number == 1 else 'faces have'} no quad: {names}"
-
     def _lost(self, found: Inspection) -> int:
         """Number of lost points, curves and faces of a CAD part; 0 or 1 for other surfaces."""
         if not len(found.surface.region):
             return int(found.creases > self.features)
-        return len(found.lost_faces) + len(self._off(found))
-
-    def _off(self, found: Inspection) -> list[Feature]:
-        """Points, curves and faces of a CAD part with a distance above the limit."""
-        return [each for each in found.features if each.exceeds(self)]
+        return len(found.lost_faces) + len(sentences.lost(self, found))
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume exceed their limits."""

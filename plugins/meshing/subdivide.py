@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polycube.errors import MeshingError
 from polycube.hexmesh import settings
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
@@ -51,8 +50,7 @@ class Template:
     max_hexes : largest number of hexes before pillowing; a size that needs more is refused
     at : numbers of hexes at faces: [{at: hole_1, around: 16}, {at: cad_WEB, through: 3}]; they
         determine the number of parts of the lattice intervals there, whatever the size
-    more : additional parts (fewer if negative) for each entry of `at`; set by the search, because
-        layers under the boundary count too
+    more : additional parts (fewer if negative) for each entry of `at`; set by the search
     creases : largest chord error along sharp edges; above it the intervals along them get more
         parts, up to half as many hexes again; null: no limit; set by the search
     features : exact, soft, off or auto; exact: coarser meshes are registered with the curves fixed
@@ -172,10 +170,8 @@ class Template:
     @property
     def _has_requests(self) -> bool:
         """Whether there are requests that the smallest numbers of parts do not meet."""
-        is_more = (
-            self.across_wall > self.least
-            or settings.least_around(self.around_hole) >= 4 * self.least
-        )
+        around = settings.least_around(self.around_hole)
+        is_more = self.across_wall > self.least or around >= 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
 
     def _demanded(self, surface: TriMesh, lattice: Lattice, parts: sizing.Counts) -> sizing.Counts:
@@ -229,24 +225,8 @@ class Template:
     def _check_max_hexes(
         self, number: float, size: float, number_at: Callable[[float], float]
     ) -> None:
-        """Log the size of the mesh, or raise MeshingError with a size that is possible.
-
-        number_at : number of hexes as a function of the size
-        """
-        if number <= self.max_hexes:
-            gigabytes = number * sizing.BYTES / 2**30
-            logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
-            return
-        fitting = sizing.size_that_fits(lambda larger: number_at(larger) <= self.max_hexes, size)
-        advice = "even the smallest numbers of parts give too many hexes"
-        if fitting is not None:
-            advice = f"size {fitting:.3g} is possible" + " without regions" * bool(self.regions)
         request = f"size {size:.4g}" if self.level is None else f"level {self.level}"
-        raise MeshingError(
-            f"stage meshing/subdivide: {request} needs {number:.3g} hexes"
-            f"{' with the regions' if self.regions else ''}, more than max_hexes "
-            f"{self.max_hexes}; {advice}"
-        )
+        sizing.check_number(number, self.max_hexes, request, size, number_at, bool(self.regions))
 
     def __post_init__(self) -> None:
         settings.check_features(self.features)

@@ -8,7 +8,6 @@ compact solids. T, in single precision, couples 27 vertices, whereas K couples 3
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +19,7 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
 from polycube.errors import MeshingError
+from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
 from polycube.numerics.factorization import Factor, factorize
 from polycube.numerics.products import Symmetric, times
 from polycube.types import ElementFunctions, Spline
@@ -30,13 +30,8 @@ STEPS = 8  # Chebyshev iterations
 CORNERS = np.array([0, 3, 12, 15, 48, 51, 60, 63])  # of the 4^3 Bezier points of an element
 LEAST = 1 / 27  # smallest eigenvalue of B (largest 1): means of eight with weights 2/3 and 1/3
 N_GAUSS = 2  # points per direction
-logger = logging.getLogger(__name__)
-
-TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
-ITERATIONS, FEW = 500, 60  # largest numbers of iterations; the second with a direct factor
+FEW = 60  # largest number of iterations with a direct factor
 SMALL = 20_000  # unknowns below which the factor is in double precision
-
-Operator = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,32 +215,3 @@ class VertexModel:
             np.arange(64 * n).reshape(n, 64),
             len(self.vertices),
         )
-
-
-def conjugate_gradients(
-    matrix: Operator, right: np.ndarray, precondition: Operator, most: int = ITERATIONS
-) -> np.ndarray:
-    """Solution (N,) of A x = right (N,).
-
-    precondition : approximate inverse; it may be in single precision, because directions are made
-        conjugate with the change of the residual (Polak and Ribiere)
-
-    Raises MeshingError if TOLERANCE is not reached within `most` iterations.
-    """
-    found, rest = np.zeros_like(right), right
-    better = direction = precondition(rest)
-    size = first = rest @ better
-    for step in range(most):
-        if size <= TOLERANCE**2 * first:
-            logger.info("%d unknowns after %d steps", len(right), step)
-            return found
-        against = matrix(direction)
-        length = size / (direction @ against)
-        found = found + length * direction
-        change, rest = -length * against, rest - length * against
-        better = precondition(rest)
-        direction = better + (better @ change) / size * direction
-        size = rest @ better
-    raise MeshingError(
-        f"the solution did not converge in {most} steps: residual {np.sqrt(size / first):.1e}"
-    )

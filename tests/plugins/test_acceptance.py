@@ -8,7 +8,8 @@ import pytest
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.plugins.acceptance.standard import CERTIFY, FORCED, MISSED, Standard
+from polycube.plugins.acceptance.sentences import FORCED, least_jacobian
+from polycube.plugins.acceptance.standard import CERTIFY, MISSED, Standard
 from polycube.types import Goal, HexMesh, TriMesh
 from tests.fixtures.hexmeshes import (
     barrel,
@@ -165,7 +166,7 @@ def test_an_acute_angle_of_the_part_permits_flatter_hexes(sine, is_valid):
     found = Standard(certify="corners")(mesh, part)
     assert found.is_valid == is_valid, found.failures
     least = FORCED * sine if is_valid else Goal.least_jacobian
-    assert JUDGE._least(part) == pytest.approx(least, rel=1e-3)
+    assert least_jacobian(JUDGE, part) == pytest.approx(least, rel=1e-3)
 
 
 def test_a_square_is_no_round_hole_of_4_mm_in_a_plate_of_300_mm():

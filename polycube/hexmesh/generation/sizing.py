@@ -5,13 +5,17 @@ directions. The mesh stays conforming and keeps its quality, but it is refined a
 part.
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
 
+from polycube.errors import MeshingError
 from polycube.types import PerAxis, Polycube, RoughMap
+
+logger = logging.getLogger(__name__)
 
 Counts = PerAxis  # parts of each lattice interval, per axis
 
@@ -179,3 +183,39 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
     least = np.full(len(knots[axis]), np.inf)
     np.minimum.at(least, slab, wanted)
     return least
+
+
+def check_number(
+    number: float,
+    most: int,
+    request: str,
+    size: float,
+    number_at: Callable[[float], float],
+    has_regions: bool,
+) -> None:
+    """Log the number of hexes of a mesh.
+
+    Parameters
+    ----------
+    most : largest number
+    request : what the user asked for, such as "size 2"
+    size : wanted edge length
+    number_at : number of hexes as a function of the size
+
+    Raises
+    ------
+    MeshingError
+        If the number is too large; the message has a size that is possible.
+    """
+    if number <= most:
+        gigabytes = number * BYTES / 2**30
+        logger.info("subdivide: %.0f hexes before pillowing, about %.1f GiB", number, gigabytes)
+        return
+    fitting = size_that_fits(lambda larger: number_at(larger) <= most, size)
+    advice = "even the smallest numbers of parts give too many hexes"
+    if fitting is not None:
+        advice = f"size {fitting:.3g} is possible" + " without regions" * has_regions
+    raise MeshingError(
+        f"stage meshing/subdivide: {request} needs {number:.3g} hexes"
+        f"{' with the regions' if has_regions else ''}, more than max_hexes {most}; {advice}"
+    )
