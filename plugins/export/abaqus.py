@@ -53,6 +53,11 @@ class Abaqus(WithProblem, TextFormat):
     lacks: ClassVar[tuple[str, ...]] = ()
 
     @property
+    def states_assemblies(self) -> bool:
+        """Whether the file states a problem of several solids, which ties join."""
+        return self.step
+
+    @property
     def _nodes(self) -> int:
         return 20 if self.element.startswith("C3D20") else 8
 

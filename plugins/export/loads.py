@@ -13,7 +13,7 @@ import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
 from polycube.analysis.loads import NOTHING, at_points
-from polycube.analysis.problem import Conduction, Problem, Statics, Vibration
+from polycube.analysis.problem import Conduction, Material, Problem, Statics, Vibration
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
 from polycube.types import HexMesh
@@ -111,10 +111,21 @@ class Loads:
     @property
     def elastic(self) -> tuple[float, ...]:
         """Young's modulus, Poisson's ratio and density; empty for conduction."""
-        if not isinstance(self.problem, Statics | Vibration):
-            return ()
-        own = self.problem.material
+        own = self.problem
+        return self.values(own.material) if isinstance(own, Statics | Vibration) else ()
+
+    def values(self, own: Material) -> tuple[float, float, float]:
+        """Young's modulus, Poisson's ratio and density of a material."""
         return own.young * self._metre**2, own.poisson, own.density * self._metre**4
+
+    @property
+    def sections(self) -> list[tuple[str, str, Material | None]]:
+        """Set of hexes, name and values of each material; no values for conduction."""
+        given = self.problem.materials
+        if not given:
+            return [("all", "material", getattr(self.problem, "material", None))]
+        own = zip(self.mesh.primitives, given, strict=True)
+        return [(f"primitive_{name}", f"material_{name}", each) for name, each in own]
 
     @cached_property
     def supports(self) -> list[Support]:

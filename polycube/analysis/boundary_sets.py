@@ -85,11 +85,16 @@ def sets_of_sides(spline: Spline) -> dict[str, np.ndarray]:
     return named_sets.sets_of_quads(spline.extraction @ spline.control, corners, spline.patch)
 
 
+def names_in(places: Iterable[object]) -> list[object]:
+    """The names and numbers of sets among places, without boxes and planes."""
+    found = [name for place in places for name in (place["edge"] if is_edge(place) else [place])]
+    return [name for name in found if not isinstance(name, Mapping)]
+
+
 def check_names(places: Iterable[object], sets: named_sets.Sets) -> None:
     """Raise InputError for the first name or number without a set; accept boxes and planes."""
-    names = [name for place in places for name in (place["edge"] if is_edge(place) else [place])]
-    for where in names:
-        if not isinstance(where, Mapping) and not len(sets.get(named_sets.set_name(where), ())):
+    for where in names_in(places):
+        if not len(sets.get(named_sets.set_name(where), ())):
             raise InputError(
                 f"no boundary set {where!r}; there are {named_sets.listed(sets)}; {{box: ...}} and "
                 "{plane: ...} choose faces by their place"

@@ -4,7 +4,7 @@ Lengths and displacements are in the unit of the part; all other quantities are 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -127,6 +127,8 @@ class Problem:
 
     units: str
     supports: tuple[Prescribed, ...]
+    # those of the solids of an assembly, by `HexMesh.cell`; empty if there is one solid
+    materials: tuple[Material, ...] = field(default=(), kw_only=True)
 
     @property
     def places(self) -> list[object]:

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from polycube.assembly.contacts import Contact
 from polycube.hexmesh.connectivity import unique_rows
-from polycube.hexmesh.face_groups import measure
+from polycube.hexmesh.face_groups import ENDS, LEVEL, measure
 from polycube.hexmesh.named_sets import cad_faces
 from polycube.names import unique
 from polycube.surface.measures import connected
@@ -42,7 +42,7 @@ def combined(
     Returns
     -------
     The mesh. `cell` is the number of the solid of each hex, and `primitives` are the names. Sets of
-    patches and the quads between merged solids are omitted.
+    patches and the quads between merged solids are omitted; `x_min` etc. are the ends of the whole.
     """
     parts = meshes.values()
     start = _starts(meshes, [len(mesh.vertices) for mesh in parts])
@@ -67,7 +67,8 @@ def combined(
         np.concatenate([mesh.patch for mesh in parts])[is_outside],
         np.repeat(list(meshes), [len(mesh.hexes) for mesh in parts]),
         primitives=tuple(names),
-        sets={sets[key]: own for key, own in found.items()},
+        sets={sets[key]: own for key, own in found.items()}
+        | _ends(vertices, quads[is_outside], found),
         cad_names={
             sets[k, name]: mesh.cad_names[name]
             for k, mesh in meshes.items()
@@ -97,6 +98,21 @@ def _sets(
         if not name.startswith("patch_")
     }
     return {key: place[own] for key, own in found.items() if len(own)}
+
+
+def _ends(
+    vertices: np.ndarray, quads: np.ndarray, sets: Mapping[Place, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Quads of the ends of the whole: of the ends of those solids that reach farthest."""
+    slack = LEVEL * np.linalg.norm(np.ptp(vertices, axis=0))
+    found = {}
+    for end, name in enumerate(ENDS):
+        out = (2 * (end % 2) - 1) * vertices[:, end // 2]
+        least = out.max() - slack
+        own = [q for (_, each), q in sets.items() if each == name and out[quads[q]].max() > least]
+        if own:
+            found[name] = np.concatenate(own)
+    return found
 
 
 def _starts(meshes: Mapping[int, HexMesh], counts: Sequence[int]) -> dict[int, int]:

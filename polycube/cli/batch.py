@@ -159,7 +159,8 @@ def run_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) 
 
 def _identity(cfg: Mapping[str, object]) -> str:
     """Hash of everything that determines a result: settings, contents of the files, version."""
-    settings = {name: value for name, value in cfg.items() if name not in PRESENTATION}
+    chosen = {name: value for name, value in cfg.items() if name not in PRESENTATION}
+    settings = json.loads(json.dumps(chosen))  # all keys are text, as sorting needs it
     digest = hashlib.sha256(json.dumps([__version__, settings], sort_keys=True).encode())
     for key in ("mesh", "hex"):
         path = Path(str(cfg[key]))

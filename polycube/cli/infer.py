@@ -21,6 +21,7 @@ from polycube.cli.batch import expanded, part_name, run_job
 from polycube.cli.command import in_full, refused, refusing, run_hydra, with_input
 from polycube.cli.signals import INTERRUPTED, terminable
 from polycube.cli.solids import run as solids
+from polycube.cli.solids.settings import of_solid
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
 from polycube.errors import InputError, MeshingError, printable
@@ -149,7 +150,7 @@ def _attempt(
                 return solids.check_solids(cfg, found, _silently)
             if found:
                 return solids.run_solids(cfg, found, _folder(cfg), _silently)
-            cfg = solids.of_solid(cfg, None)
+            cfg = of_solid(cfg, None)
         if cfg["preflight"] is not False:
             return check(cfg)
         report = infer(cfg, level, is_alone, placed)

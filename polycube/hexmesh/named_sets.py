@@ -67,7 +67,7 @@ def listed(sets: Sets) -> str:
     numbered: dict[str, list[str]] = {}
     for name in sets:
         kind, _, number = name.rpartition("_")
-        if kind in ("patch", "cad_face") and number.isdigit():
+        if kind.endswith(("patch", "cad_face")) and number.isdigit():
             numbered.setdefault(kind, []).append(name)
         else:
             texts.append(name)
@@ -89,9 +89,10 @@ def kind_of(name: str) -> str:
 
 
 def may_name(place: object) -> bool:
-    """Whether a part can have a set of this name."""
+    """Whether a part can have a set of this name, or an assembly, behind the name of a solid."""
     ends = "|".join(ENDS)
-    return bool(re.fullmatch(rf"{ends}|hole_\d+|patch_\d+|cad_\w+", set_name(place)))
+    known = rf"([\w-]+_)?({ends}|hole_\d+|patch_\d+|cad_\w+)"
+    return bool(re.fullmatch(known, set_name(place)))
 
 
 @dataclass(frozen=True, eq=False)

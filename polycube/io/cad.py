@@ -51,11 +51,15 @@ class Cad:
     units: str | None = None  # length unit of the coordinates in the rest of the run
     threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
     interfaces: str = "tie"  # how the meshes of touching solids are joined, one of INTERFACES
+    materials: object = None  # of several solids, for the command line only
 
     def __post_init__(self) -> None:
         if self.solid == "all":
             what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
+        if self.materials is not None:
+            what = "materials by solid are for cad.solid=all and a file with several solids"
+            raise InputError(what, "cad.materials", "give analysis.material")
         words = {"groups": GROUPS, "threads": THREADS, "interfaces": INTERFACES}
         for name, known in words.items():
             if getattr(self, name) not in known:

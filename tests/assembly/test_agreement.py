@@ -58,6 +58,22 @@ def test_equal_sides_agree_and_become_one():
         np.testing.assert_array_equal(mesh.vertices[mesh.quads[own]].mean(axis=1), places)
 
 
+def test_the_ends_of_the_whole_are_those_of_the_outermost_solids():
+    """A block of height 4 beside one of height 3 that starts at the same z."""
+    blocks = [block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 3), 1)]
+    named = [
+        replace(each, sets={end: each.sets[f"cad_face_{k}"] for k, end in enumerate(ENDS, 1)})
+        for each in blocks
+    ]
+    mesh = combined(dict(enumerate(named)), ["a", "b"], [])
+    areas = {end: len(mesh.sets[end]) for end in ENDS}
+    assert areas == dict(zip(ENDS, [12, 9, 2 * 4 + 5 * 3, 2 * 4 + 5 * 3, 6 + 15, 6], strict=True))
+    for k, end in enumerate(ENDS):
+        at = mesh.vertices[mesh.quads[mesh.sets[end]]][..., k // 2]
+        assert (at == (0, 7, 0, 3, 0, 4)[k]).all()
+    assert len(mesh.sets["b_z_max"]) == 15
+
+
 def test_ties_have_the_names_of_the_sets_of_the_whole():
     first, second = block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 4), 1)
     ties = [((1, "cad_face_1"), (0, "cad_face_2")), ((1, "cad_face_9"), (0, "cad_face_2"))]

@@ -96,6 +96,12 @@ def test_a_job_is_not_done_twice_unless_something_changed(parts, tmp_path, capsy
     assert len(done) == 3
 
 
+def test_a_job_may_have_materials_by_names_and_numbers(parts, tmp_path):
+    cfg = {"mesh": "a.stl", "hex": None, "cad": {"materials": {"bolt": "steel", 2: "abs"}}}
+    assert run_job(cfg, tmp_path, "", lambda cfg: (3, "")) == 3
+    assert run_job(cfg, tmp_path, "", lambda cfg: (0, "")) == 3  # it is not repeated
+
+
 def test_a_bug_in_one_job_leaves_the_others_alone(tmp_path):
     def job(cfg):
         raise KeyError("nothing")

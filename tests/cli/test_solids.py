@@ -138,6 +138,38 @@ def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
         assert len(meshio.read(folder / "hex.inp").points) == points
 
 
+def posed_again(cubes, folder, *more):
+    """The valid three of the cubes with materials, one held and one pulled, from earlier meshes."""
+    words = ["cad.solid=all", "order=[meshing]", DECK, "analysis=static", f"output_dir={folder}"]
+    words += ["cad.materials={left: steel, 2: abs}", "analysis.material=brass"]
+    cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK, *more])
+    return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg, placed=None: (0, ""))
+
+
+@pytest.mark.slow
+def test_the_deck_of_all_states_materials_supports_and_loads(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    words = ["analysis.fixed=[x_min]", "analysis.loads=[{at: right_x_max, pressure: 2e6}]"]
+    assert posed_again(cubes, folder, *words) == (0, "")
+    deck = (folder / "hex.inp").read_text()
+    assert "ELSET=primitive_right, MATERIAL=material_right\n" in deck
+    assert "NAME=material_right\n*ELASTIC\n2300., 0.35\n*DENSITY\n1.05e-09\n" in deck
+    assert "*BOUNDARY\nx_min, 1, 1, 0.\n" in deck and "*DSLOAD\nright_x_max, P, 2.\n" in deck
+    assert deck.index("*STATIC") < deck.index("*DSLOAD") < deck.index("*END STEP")
+    found = report(folder)
+    assert [row["material"].split(":")[0] for row in found["solids"]] == ["Steel", "Abs", "Brass"]
+    masses = [7850e-6, 1050e-6, 8500 * 125e-9]
+    assert [row["mass"] for row in found["solids"]] == pytest.approx(masses)
+    assert [row["words"] for row in found["problem"]["supports"]] == ["Face 'x_min' is clamped"]
+    [load] = found["problem"]["loads"]
+    assert load["area"] == pytest.approx(100) and "'right_x_max'" in load["words"]
+    page = (folder / "report.html").read_text()
+    assert "Pressure of 2 MPa on face &#39;right_x_max&#39;" in page and "Brass: Young" in page
+    with pytest.raises(InputError, match="no boundary set 'left_x_max'; there are left_x_min, "):
+        posed_again(cubes, folder, "analysis.fixed=[left_x_max]")
+    assert (folder / "hex.inp").read_text() == deck
+
+
 @pytest.mark.slow
 def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     done, cubes, tmp_path, monkeypatch
@@ -209,6 +241,82 @@ def recording(code=0, why=""):
         return (code, why) if cfg["cad"]["solid"] == 1 else (0, "")
 
     return attempt, calls
+
+
+ALL = [1, 2, 3]
+DECK = "export=[abaqus]"
+
+
+def settings_of_runs(tmp_path, *words):
+    """The settings with which the solids are run."""
+    found = []
+
+    def attempt(cfg, placed=None):
+        found.append(cfg)
+        return 0, ""
+
+    solids = [replace(solid, motion=None) for solid in SOLIDS]
+    assert run_solids(settings(tmp_path, *words), solids, tmp_path / "out", attempt) == (0, "")
+    assert [cfg["cad"]["solid"] for cfg in found] == ALL
+    assert all(cfg["cad"]["materials"] is None for cfg in found)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("given", "materials"),
+    [
+        ("{bolt_3: brass, plate: abs}", ["steel", "abs", "brass"]),
+        ("{3: brass, plate: abs}", ["steel", "abs", "brass"]),
+        ("{bolt: brass}", ["brass", "steel", "brass"]),  # the name of both in the file
+    ],
+)
+def test_every_solid_is_run_with_its_material(tmp_path, given, materials):
+    found = settings_of_runs(tmp_path, f"cad.materials={given}")
+    assert [cfg["analysis"]["material"] for cfg in found] == materials
+    assert all(cfg["analysis"]["plugin"] == "modal" for cfg in found)
+
+
+def test_an_analysis_with_places_is_that_of_the_assembly(tmp_path):
+    words = ["analysis.fixed=[plate_z_min, x_max]", "analysis.units=cm", DECK]
+    for cfg in settings_of_runs(tmp_path, *words):
+        assert cfg["analysis"] == {"plugin": None, "units": "cm"} and cfg["spline"]["held"] == []
+    words = ["analysis.fixed=[{box: [0, 0, 0, 1, 1, 1]}]", "order=[meshing]", "seed=2"]
+    for cfg in settings_of_runs(tmp_path, *words):  # without analysis there is nothing to refuse
+        assert cfg["analysis"]["plugin"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["cad.materials={nut: steel}"],
+            "no solid nut; the solids are 1 bolt_1, 2 plate, 3 bolt_3",
+        ),
+        (["cad.materials={4: steel}"], "there is no solid 4"),
+        (["cad.materials=steel"], r"write cad.materials=\{bolt_1: steel\}"),
+        (["cad.materials={plate: stone}"], "material must be one of steel, .* got 'stone'"),
+        (["cad.materials={plate: abs}", "analysis=poisson"], "for an analysis of elastic solids"),
+        (["cad.materials={plate: abs}", "analysis=none"], "for an analysis of elastic solids"),
+        (["analysis.fixed=[nut_z_min]", DECK], "'nut_z_min' is no place of an assembly; the sol"),
+        (["analysis.fixed=[hole_1]", DECK], "write bolt_1_z_max for the set of a solid"),
+        (["analysis.fixed=[{edge: [z_min, 7]}]", DECK], "7 is no place of an assembly"),
+        (["analysis=static"], r"add export=\[abaqus\], or choose one solid"),
+        (["analysis=static", "export=[nastran]"], "for a deck that another program solves"),
+        (["analysis=static", DECK, "export.abaqus.step=false"], "for a deck that another"),
+    ],
+)
+def test_options_that_fit_no_solid_are_refused_before_the_runs(tmp_path, words, sentence):
+    attempt, calls = recording()
+    with pytest.raises(InputError, match=sentence):
+        run_solids(settings(tmp_path, *words), SOLIDS, tmp_path / "out", attempt)
+    assert calls == [] and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("solid", ["null", "2"])
+def test_materials_by_solid_are_not_for_one_solid(tmp_path, capsys, solid):
+    words = ["mesh=a.step", f"cad.solid={solid}", "cad.materials={a: steel}"]
+    assert _command(config(*words, f"output_dir={tmp_path / 'run'}")) == 2
+    assert "give analysis.material" in capsys.readouterr().err
 
 
 def test_a_copy_has_the_exit_code_of_its_original(tmp_path):

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from polycube import __version__
+from polycube.analysis.boundary_sets import check_names
 from polycube.assembly.combined import Agreement, Joint, Place, agreements, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
+from polycube.cli.solids.settings import materials, problem_of_all, states_assemblies
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.metrics import metrics
 from polycube.hexmesh.named_sets import face_set
@@ -22,7 +24,9 @@ from polycube.io.access.reading import read_json
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.resume.results import has_stage, load_stage
+from polycube.registry import provide
 from polycube.report.numbers.features import KINDS, face_name
+from polycube.report.numbers.problem import numbers
 from polycube.report.page.html import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
@@ -60,6 +64,11 @@ def write_assembly(
     Returns
     -------
     The numbers of `report.json`.
+
+    Raises
+    ------
+    InputError
+        If a place of the analysis does not exist; the results of the solids are kept.
     """
     parts = [_part(folder, solid, codes[solid.number], cfg) for solid in solids]
     touching: list[Json] = []
@@ -77,6 +86,13 @@ def write_assembly(
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
     report = _report(cfg, parts, touching, mesh)
+    if mesh is not None and (problem := problem_of_all(cfg, solids, mesh.unit)):
+        for row, own in zip(report["solids"], materials(problem, solids), strict=False):
+            row |= own
+        exports = [provide(e, problem=problem) if states_assemblies(e) else e for e in exports]
+        if report["valid"] and any(map(states_assemblies, exports)):
+            check_names(problem.places, mesh.sets)
+            report["problem"] = numbers(problem, mesh)
     earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", "report."))]
     manifest.remove(folder, earlier)
     with manifest.writing(folder) as scratch:
@@ -187,15 +203,15 @@ def _report(
 
 def _row(part: _Part, names: Mapping[int, str], path: str) -> dict[str, Any]:
     """Data of a solid for `report.json` and the page."""
-    numbers, solid = part.report.get("hex", {}), part.solid
+    measures, solid = part.report.get("hex", {}), part.solid
     row: dict[str, Any] = {"name": solid.name, "number": solid.number, "volume": solid.volume}
     if solid.motion is not None:
         row["same_as"] = names[solid.same_as]
     row |= {name: part.row[name] for name in ("exit", "result")}
     row["says"] = part.row["says"].removeprefix(f"{path}: ")
     for name in ("hexes", "min_scaled_jacobian", "mean_scaled_jacobian"):
-        row[name] = numbers.get(name)
-    row["features"] = _counts([numbers.get("features")])
+        row[name] = measures.get(name)
+    row["features"] = _counts([measures.get("features")])
     return row
 
 

@@ -9,16 +9,16 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from polycube.cli.batch import ROW, Attempt, run_job
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
+from polycube.cli.solids.settings import of_runs
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.io.access.reading import read_json
-from polycube.io.cad import INTERFACES, Cad
+from polycube.io.cad import Cad
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
@@ -49,7 +49,7 @@ def solids_of(cfg: Json) -> list[Solid]:
         if cfg[name]:
             what = f"cad.solid={ALL} cannot be combined with {name}="
             raise InputError(what, "cad.solid", remedy)
-    Cad(**{**cfg["cad"], "solid": None})
+    Cad(**{**cfg["cad"], "solid": None, "materials": None})
     path = Path(str(cfg["mesh"]))
     solids = read_solids(path) if is_cad(path) else []
     if len(solids) > 1:
@@ -59,28 +59,24 @@ def solids_of(cfg: Json) -> list[Solid]:
     return []
 
 
-def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
-    """The settings for one solid, which do not depend on how it is joined to others."""
-    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": INTERFACES[0]}}
-
-
 def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[int, str]:
     """Check every solid without a run: the largest exit code, and the first reason.
 
     Raises
     ------
     InputError
-        If the places are to be written to a file, which would contain those of one solid.
+        If the places are to be written to a file, which would contain those of one solid, or if
+        an option names an unknown solid.
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"
         remedy = "use preflight=true, or cad.solid with the number of one"
         raise InputError(what, "preflight", remedy)
     found = []
-    for solid in solids:
+    for solid, own in zip(solids, of_runs(cfg, solids, []), strict=True):
         if solid.motion is None:
             sys.stdout.write(f"cad.solid={solid.number}, {solid.name}\n")
-            code, why = attempt(of_solid(cfg, solid.number))
+            code, why = attempt(own)
             found.append((code, f"{solid.name}: {why}"))
         else:
             sys.stdout.write(f"cad.solid={solid.number}, {solid.name}, is {solid.same_as} moved\n")
@@ -106,23 +102,24 @@ def run_solids(
     Raises
     ------
     InputError
-        Before any work, if nothing can be written.
+        Before any work, if nothing can be written, or by `of_runs`.
     KeyboardInterrupt
         If a signal ended the run of a solid; the results of completed ones are saved.
     """
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
+    settings = of_runs(cfg, solids, exports)
     manifest.check(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
     # regions have a position, which differs for identical solids
     shared = not cfg["meshing"].get("regions")
     names = {solid.number: solid.name for solid in solids}
     codes: dict[int, int] = {}
     with locked(folder):
-        for solid in solids:
+        for solid, own in zip(solids, settings, strict=True):
             job = attempt
             if shared and solid.motion is not None:
                 source = folder / names[solid.same_as], solid.motion
                 job = partial(_placed, attempt, source, cfg["meshing"]["order"])
-            own, setting = of_solid(cfg, solid.number), f"cad.solid={solid.number}"
+            setting = f"cad.solid={solid.number}"
             codes[solid.number] = code = run_job(own, folder / solid.name, setting, job)
             if code == INTERRUPTED:
                 raise KeyboardInterrupt

@@ -6,7 +6,7 @@ import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
 from polycube.analysis.loads import Load
-from polycube.analysis.problem import MATERIALS, Conduction, Prescribed, Problem, Statics, Vibration
+from polycube.analysis.problem import MATERIALS, Conduction, Material, Prescribed, Problem, Statics
 from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
 from polycube.kinds import StatesProblem
@@ -32,7 +32,7 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
     Returns
     -------
     units : length unit of the part
-    material : description of the material
+    material : description of the material; empty for an assembly
     supports, loads : for each place its description `words`, and `quads` and `area` of its faces in
         the mesh; both are null for edges, and for gravity and sources, which act on the whole part
     """
@@ -55,9 +55,12 @@ def _size(mesh: HexMesh, place: object) -> dict[str, object]:
 def _material(problem: Problem) -> str:
     if isinstance(problem, Conduction):
         return f"Conductivity {number(problem.conductivity)} W/(m K)"
-    if not isinstance(problem, Statics | Vibration):
-        return ""
-    found = problem.material
+    own = getattr(problem, "material", None)
+    return describe_material(own) if own and not problem.materials else ""
+
+
+def describe_material(found: Material) -> str:
+    """Name and values of a material."""
     name = next((name for name, each in MATERIALS.items() if each == found), "given by its values")
     return (
         f"{name.capitalize()}: Young's modulus {number(found.young / 1e9)} GPa, Poisson's ratio "

@@ -152,6 +152,7 @@ def assembly_page(
         solids=report["solids"],
         links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
         contacts=report["contacts"],
+        problem=problem(report, {}),
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from polycube.analysis.boundary_sets import quads_of
+from polycube.analysis.problem import MATERIALS
 from polycube.errors import InputError
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.registry import build, provide
@@ -52,6 +53,24 @@ def test_a_static_deck_in_mm_is_in_newtons_tonnes_and_megapascals(tmp_path) -> N
     assert gravity.startswith("all, GRAV, 9810., ") and gravity.split(", ")[-1] == "-1."
     steps = re.findall(r"^\*(STEP|STATIC|BOUNDARY|CLOAD|DLOAD|END STEP)", text, re.M)
     assert steps == ["STEP", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "END STEP"]
+
+
+def test_the_solids_of_an_assembly_have_sections_of_their_own(tmp_path) -> None:
+    mesh = replace(BOX, cell=(np.arange(16) >= 8).astype(int), primitives=("bar", "pin_2"))
+    problem = build("analysis", {"plugin": "modal", "modes": 3}).problem
+    problem = replace(problem, materials=(MATERIALS["steel"], MATERIALS["abs"]))
+    plugin = provide(build("export", {"plugin": "abaqus"}), problem=problem)
+    text = plugin(mesh, tmp_path / "hex").read_text()
+    sections = re.findall(r"^\*SOLID SECTION, ELSET=(\w+), MATERIAL=(\w+)$", text, re.M)
+    assert sections == [(f"primitive_{n}", f"material_{n}") for n in ("bar", "pin_2")]
+    for name, values in [
+        ("bar", ["210000., 0.3", "7.85e-09"]),
+        ("pin_2", ["2300., 0.35", "1.05e-09"]),
+    ]:
+        own = f"\n{text.partition(f'NAME=material_{name}')[2]}"
+        assert [after(own, card)[0] for card in ("*ELASTIC", "*DENSITY")] == values
+        assert f"*ELSET, ELSET=primitive_{name}\n" in text
+    assert after(text, "*FREQUENCY") == ["3"]
 
 
 @pytest.mark.parametrize(

@@ -2,20 +2,24 @@
 
 import shutil
 import subprocess
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from polycube.analysis.problem import Material
 from polycube.assembly.combined import combined
+from polycube.cli.infer import _command
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.io.hex_meshes import patches
 from polycube.registry import build, provide
 from polycube.spline.second_order import hex_elements
+from tests.fixtures import assemblies
 from tests.fixtures.hexmeshes import barrel, hex_box
-from tests.fixtures.runs import run
+from tests.fixtures.runs import config, run
 from tests.fixtures.splines import spline_of
 
 CCX = shutil.which("ccx")
@@ -40,15 +44,15 @@ def frequencies(table: str) -> np.ndarray:
     return np.array([float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()])
 
 
-def written(mesh, folder, analysis, element, spline=None) -> Path:
-    problem = build("analysis", analysis).problem
+def written(mesh, folder, analysis, element, spline=None, materials=()) -> Path:
+    problem = replace(build("analysis", analysis).problem, materials=materials)
     plugin = build("export", {"plugin": "abaqus", "element": element})
     return provide(plugin, problem=problem, spline=spline)(mesh, folder / "hex")
 
 
-def solved(mesh, folder, analysis, element, spline=None, asked="U") -> np.ndarray:
+def solved(mesh, folder, analysis, element, spline=None, asked="U", materials=()) -> np.ndarray:
     """Numbers of the nodes, and the requested results at each."""
-    path = written(mesh, folder, analysis, element, spline)
+    path = written(mesh, folder, analysis, element, spline, materials)
     more = f"*NODE PRINT, NSET=all\n{asked}\n*END STEP\n"
     path.write_text(path.read_text().replace("*END STEP\n", more))
     rows = map(str.split, run_ccx(path).splitlines())
@@ -75,15 +79,15 @@ def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
     np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-8)
 
 
-def halves(counts):
-    """The two halves of the beam along x with different hexes, tied in the middle."""
+def halves(counts, joints=()):
+    """The two halves of the beam along x with different hexes, tied in the middle, or joined."""
     meshes = {}
     for number, size in enumerate(counts):
         plain = hex_box(size, (LENGTH / 2, SIDE, SIDE))
         moved = plain.vertices + np.array([number * LENGTH / 2, 0, 0])
         mesh = hex_mesh(moved, plain.hexes, plain.quads, patches(plain))
         meshes[number] = replace(mesh, sets=boundary_sets(mesh))
-    return combined(meshes, ["a", "b"], [], [((1, "x_min"), (0, "x_max"))])
+    return combined(meshes, ["a", "b"], joints, [((1, "x_min"), (0, "x_max"))])
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
@@ -102,6 +106,65 @@ def test_tied_halves_are_one_bar(element, counts, tmp_path) -> None:
     exact = 2e8 / YOUNG * own[:, 0]
     assert rows[own[:, 0] == LENGTH, 1] == pytest.approx(2e8 / YOUNG * LENGTH, rel=1e-2)
     np.testing.assert_allclose(rows[:, 1], exact, atol=0.02 * exact.max())
+
+
+SOFT = Material(YOUNG / 4, 0.0, 5400.0, 4e-5)
+METALS = (Material(**METAL), SOFT)
+SAME = (4, 2, 2), (4, 2, 2)
+ONE = [(0, 1, np.stack([np.arange(36, 45), np.arange(9)], axis=1))]  # their common vertices
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
+@pytest.mark.parametrize(("counts", "joints"), [(SAME, ONE), (((4, 2, 2), (4, 4, 4)), [])])
+def test_the_elongations_of_bars_of_two_materials_add(element, counts, joints, tmp_path) -> None:
+    """sigma / E of each half, whether they share vertices or have a tie."""
+    analysis = {
+        "plugin": "static",
+        "material": METAL,
+        "fixed": ["x_min"],
+        "loads": [{"at": "b_x_max", "force": [200, 0, 0]}],
+    }
+    mesh = halves(counts, joints)
+    assert bool(joints) != bool(mesh.ties)
+    rows = solved(mesh, tmp_path, analysis, element, materials=METALS)
+    x = hex_elements(mesh, None, 20 if "20" in element else 8).points[:, 0]
+    strain, half = 200 / SIDE**2 / (YOUNG * 1e-6), LENGTH / 2
+    exact = strain * (np.minimum(x, half) + 4 * np.maximum(x - half, 0))
+    off = 1e-6 if joints else 0.01
+    np.testing.assert_allclose(rows[:, 1], exact, atol=off * exact.max())
+
+
+@pytest.mark.parametrize(("counts", "joints"), [(SAME, ONE), (((4, 2, 2), (4, 4, 4)), [])])
+def test_the_longitudinal_modes_of_a_bar_of_two_materials(counts, joints, tmp_path) -> None:
+    """E k cot(k L) of the held half is that of the free one with tan; k = omega / c of each."""
+    sides = [{"at": f"{s}_{end}", "components": s} for s in "yz" for end in ("min", "max")]
+    fixed = [*sides, {"at": "a_x_min", "components": "x"}]
+    analysis = {"plugin": "modal", "material": METAL, "fixed": fixed, "modes": 2}
+    speeds = [np.sqrt(m.young / m.density) for m in METALS]
+    half = LENGTH / 2 * 1e-3
+
+    def balance(omega):
+        first, second = (omega / c for c in speeds)
+        held = METALS[0].young * first * np.cos(first * half) * np.cos(second * half)
+        return held - SOFT.young * second * np.sin(second * half) * np.sin(first * half)
+
+    grid = np.linspace(1, 4 * speeds[1] / half, 2000)
+    signs = np.flatnonzero(np.diff(np.sign(balance(grid))))[:2]
+    exact = [brentq(balance, grid[k], grid[k + 1]) / (2 * np.pi) for k in signs]
+    path = written(halves(counts, joints), tmp_path, analysis, "C3D20", materials=METALS)
+    np.testing.assert_allclose(frequencies(run_ccx(path)), exact, rtol=5e-3)
+
+
+def test_a_hot_bar_of_two_materials_expands_by_each(tmp_path) -> None:
+    metals = Material(**METAL, expansion=2e-5), SOFT
+    analysis = {
+        "plugin": "static",
+        "material": asdict(metals[0]),
+        "fixed": [{"at": f"{axis}_min", "components": [axis]} for axis in "xyz"],
+        "temperature": 100,
+    }
+    rows = solved(halves(SAME, ONE), tmp_path, analysis, "C3D8I", materials=metals)
+    assert rows[:, 1].max() == pytest.approx(100 * (2e-5 + 4e-5) * LENGTH / 2, rel=0.02)
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
@@ -233,6 +296,26 @@ def test_heat_through_a_bar_is_exact(element, tmp_path) -> None:
     length = LENGTH * 1e-3
     expected = flux / k * x + source / k * (length * x - x**2 / 2)
     np.testing.assert_allclose(rows[:, 1] - 300, expected, atol=2e-4)
+
+
+@pytest.mark.slow
+def test_the_ties_of_a_bolt_carry_its_load_to_the_plate(tmp_path) -> None:
+    """The reactions of both ends of the plate are half of the force on the head of the bolt."""
+    part = assemblies.named(assemblies.write("bolted", tmp_path), "PLATE", "BOLT")
+    words = ["cad.solid=all", "order=[meshing]", "meshing.size=3", "export=[abaqus]"]
+    words += ["effort=first", "analysis=static", "cad.materials={PLATE: aluminium}"]
+    words += ["analysis.fixed=[PLATE_x_min, x_max]"]
+    words += ["analysis.loads=[{at: BOLT_z_max, force: [0, 0, 500]}]"]
+    assert _command(config(f"mesh={part}", f"output_dir={tmp_path / 'out'}", *words)) == 0
+    path = tmp_path / "out" / "hex.inp"
+    assert path.read_text().count("*TIE") == 2
+    asked = "*NODE PRINT, NSET={}, TOTALS=ONLY\nRF\n".format
+    more = f"{asked('PLATE_x_min')}{asked('x_max')}*END STEP\n"
+    path.write_text(path.read_text().replace("*END STEP\n", more))
+    forces = [row.split() for row in run_ccx(path).splitlines() if row.count("E") == 3]
+    found = np.array(forces, float)
+    np.testing.assert_allclose(found[:, 2], -250, rtol=0.01)
+    np.testing.assert_allclose(found.sum(axis=0), [0, 0, -500], atol=0.1)
 
 
 @pytest.mark.slow

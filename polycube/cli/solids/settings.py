@@ -1,0 +1,114 @@
+"""The settings of the run of each solid, and the problem of all solids together.
+
+An analysis with supports or loads is that of the assembly: a deck states it, and the solids are not
+analysed one by one.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from polycube.analysis.boundary_sets import names_in
+from polycube.analysis.problem import Problem, Statics, Vibration
+from polycube.errors import InputError
+from polycube.hexmesh.face_groups import ENDS
+from polycube.io.cad import INTERFACES
+from polycube.io.solids.listing import Solid
+from polycube.kinds import Export
+from polycube.pipeline.settings import Settings
+from polycube.report.numbers.problem import describe_material, problem_of
+from polycube.types import Json
+from polycube.units import METRES
+
+
+def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
+    """The settings for one solid, which do not depend on how it is joined to others."""
+    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": INTERFACES[0]}}
+
+
+def of_runs(cfg: Json, solids: Sequence[Solid], exports: Sequence[Export]) -> list[dict[str, Any]]:
+    """The settings of the run of each solid.
+
+    Raises
+    ------
+    InputError
+        If an option names an unknown solid, or if no export can state the analysis of the assembly.
+    """
+    settings = _with_materials(cfg, solids)
+    problem = problem_of_all(cfg, solids)
+    if problem is None or not problem.places:
+        return settings
+    starts = tuple(f"{solid.name}_" for solid in solids)
+    for name in names_in(problem.places):
+        if name not in ENDS and not str(name).startswith(starts):
+            what = f"{name!r} is no place of an assembly; {_listed(solids)}"
+            remedy = f"write {starts[0]}z_max for the set of a solid, z_max for the end of all"
+            raise InputError(what, "analysis", remedy)
+    is_analysed = "analysis" in Settings.of(settings[0]).order
+    if is_analysed and not cfg["preflight"] and not any(map(states_assemblies, exports)):
+        what = "supports and loads of an assembly are for a deck that another program solves"
+        remedy = "add export=[abaqus], or choose one solid by its number"
+        raise InputError(what, "analysis", remedy)
+    return [_without_analysis(own) for own in settings]
+
+
+def problem_of_all(cfg: Json, solids: Sequence[Solid], unit: str = "") -> Problem | None:
+    """The problem of all solids together, with the material of each; None if there is none.
+
+    unit : length unit of the file
+    """
+    settings = (Settings.of(own).in_unit(unit) for own in _with_materials(cfg, solids))
+    each = [problem_of(own.composed) for own in settings]
+    found = tuple(own.material for own in each if isinstance(own, Statics | Vibration))
+    return each[0] and replace(each[0], materials=found)
+
+
+def materials(problem: Problem, solids: Sequence[Solid]) -> list[dict[str, Any]]:
+    """Description of the material, and the mass in kg, of each elastic solid."""
+    volumes = [solid.volume * METRES[problem.units] ** 3 for solid in solids]
+    own = zip(problem.materials, volumes, strict=False)
+    return [{"material": describe_material(m), "mass": m.density * v} for m, v in own]
+
+
+def states_assemblies(export: Export) -> bool:
+    """Whether a file of this format can state a problem of several solids."""
+    return bool(getattr(export, "states_assemblies", False))
+
+
+def _with_materials(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
+    """The settings of each solid with its material."""
+    given, alike = cfg["cad"]["materials"], {**cfg, "cad": {**cfg["cad"], "materials": None}}
+    settings = [of_solid(alike, solid.number) for solid in solids]
+    if given is not None and not isinstance(given, Mapping):
+        what = f"materials by solid are {{SOLID: material}}; got {given!r}"
+        raise InputError(what, "cad.materials", f"write cad.materials={{{solids[0].name}: steel}}")
+    if given and "material" not in cfg["analysis"]:
+        what = "cad.materials is for an analysis of elastic solids"
+        raise InputError(what, "cad.materials", "use analysis=modal or analysis=static")
+    for key, material in (given or {}).items():
+        own = _numbers(str(key), solids)
+        if not own:
+            raise InputError(f"there is no solid {key}", "cad.materials", _listed(solids))
+        for k in own:
+            settings[k]["analysis"] = {**cfg["analysis"], "material": material}
+    return settings
+
+
+def _numbers(given: str, solids: Sequence[Solid]) -> list[int]:
+    """Numbers from 0 of the solids with a name or number, or with a name that several have."""
+    called = ((s.name, str(s.number), s.name.removesuffix(f"_{s.number}")) for s in solids)
+    ways = zip(*called, strict=True)
+    found = ([k for k, name in enumerate(way) if name == given] for way in ways)
+    return next(filter(None, found), [])
+
+
+def _listed(solids: Sequence[Solid]) -> str:
+    return f"the solids are {', '.join(f'{s.number} {s.name}' for s in solids)}"
+
+
+def _without_analysis(cfg: Json) -> dict[str, Any]:
+    """The settings of a solid whose analysis is that of the assembly."""
+    analysis, spline = cfg["analysis"], cfg["spline"]
+    if spline.get("held") and spline["held"] == analysis.get("fixed"):  # by default
+        spline = {**spline, "held": []}
+    return {**cfg, "analysis": {"plugin": None, "units": analysis.get("units")}, "spline": spline}
