@@ -230,7 +230,8 @@ class Export(Protocol):
     """Write the hex mesh in the format of another program.
 
     A plugin may have the fields `spline` and `problem`, declared by `field(default=None,
-    metadata=polycube.registry.BY_RUN)`: a run sets them if it has a spline or a problem.
+    metadata=polycube.registry.BY_RUN)`: a run sets them if it has a spline or a problem. That
+    of an assembly is only for plugins whose attribute `states_assemblies` is true.
     """
 
     suffix: ClassVar[str]  # suffix of the files, such as ".inp"

@@ -278,8 +278,10 @@ def test_every_solid_is_run_with_its_material(tmp_path, given, materials):
 
 def test_an_analysis_with_places_is_that_of_the_assembly(tmp_path):
     words = ["analysis.fixed=[plate_z_min, x_max]", "analysis.units=cm", DECK]
-    for cfg in settings_of_runs(tmp_path, *words):
-        assert cfg["analysis"] == {"plugin": None, "units": "cm"} and cfg["spline"]["held"] == []
+    found = settings_of_runs(tmp_path, *words, "cad.materials={plate: abs}")
+    kept = [{"units": "cm", "material": name} for name in ("steel", "abs", "steel")]
+    assert [cfg["analysis"] for cfg in found] == [{"plugin": None, **each} for each in kept]
+    assert all(cfg["spline"]["held"] == [] for cfg in found)
     words = ["analysis.fixed=[{box: [0, 0, 0, 1, 1, 1]}]", "order=[meshing]", "seed=2"]
     for cfg in settings_of_runs(tmp_path, *words):  # without analysis there is nothing to refuse
         assert cfg["analysis"]["plugin"] is None

@@ -65,8 +65,8 @@ def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[
     Raises
     ------
     InputError
-        If the places are to be written to a file, which would contain those of one solid, or if
-        an option names an unknown solid.
+        If the places are to be written to a file, which would contain those of one solid, or by
+        `of_runs`.
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"

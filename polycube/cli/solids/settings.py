@@ -49,7 +49,10 @@ def of_runs(cfg: Json, solids: Sequence[Solid], exports: Sequence[Export]) -> li
         what = "supports and loads of an assembly are for a deck that another program solves"
         remedy = "add export=[abaqus], or choose one solid by its number"
         raise InputError(what, "analysis", remedy)
-    return [_without_analysis(own) for own in settings]
+    held = cfg["spline"].get("held")
+    is_default = held and held == cfg["analysis"].get("fixed")
+    spline = {**cfg["spline"], "held": []} if is_default else cfg["spline"]
+    return [{**own, "analysis": _unsolved(own["analysis"]), "spline": spline} for own in settings]
 
 
 def problem_of_all(cfg: Json, solids: Sequence[Solid], unit: str = "") -> Problem | None:
@@ -73,6 +76,12 @@ def materials(problem: Problem, solids: Sequence[Solid]) -> list[dict[str, Any]]
 def states_assemblies(export: Export) -> bool:
     """Whether a file of this format can state a problem of several solids."""
     return bool(getattr(export, "states_assemblies", False))
+
+
+def _unsolved(analysis: Json) -> dict[str, Any]:
+    """The options of an analysis that also matter without it."""
+    kept = {name: analysis[name] for name in ("units", "material") if name in analysis}
+    return {"plugin": None, **kept}
 
 
 def _with_materials(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
@@ -104,11 +113,3 @@ def _numbers(given: str, solids: Sequence[Solid]) -> list[int]:
 
 def _listed(solids: Sequence[Solid]) -> str:
     return f"the solids are {', '.join(f'{s.number} {s.name}' for s in solids)}"
-
-
-def _without_analysis(cfg: Json) -> dict[str, Any]:
-    """The settings of a solid whose analysis is that of the assembly."""
-    analysis, spline = cfg["analysis"], cfg["spline"]
-    if spline.get("held") and spline["held"] == analysis.get("fixed"):  # by default
-        spline = {**spline, "held": []}
-    return {**cfg, "analysis": {"plugin": None, "units": analysis.get("units")}, "spline": spline}
