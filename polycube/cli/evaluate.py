@@ -24,6 +24,7 @@ from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
 from polycube.types import Json
+from polycube.types.checks import check_number
 
 logger = logging.getLogger(__name__)
 
@@ -56,8 +57,7 @@ WITHOUT_GRID = {
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     """Evaluate all weights, write `folder`/evaluation.json and curves, and return the content."""
     for name in ("pairs", "batch_size"):
-        if isinstance(cfg[name], bool) or not isinstance(cfg[name], int) or cfg[name] < 1:
-            raise InputError(f"{name} must be a whole number, 1 or more; got {cfg[name]!r}")
+        check_number(name, cfg[name], 1, whole=True)
     cfg = {**cfg, "slabs": _slabs(cfg["slabs"])}
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]

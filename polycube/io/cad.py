@@ -25,6 +25,7 @@ from polycube.io.tessellation.threads import without_threads
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
+from polycube.types.checks import check_choice, check_number
 from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
@@ -60,18 +61,12 @@ class Cad:
         if self.materials is not None:
             what = "materials by solid are for cad.solid=all and a file with several solids"
             raise InputError(what, "cad.materials", "give analysis.material")
-        words = {"groups": GROUPS, "threads": THREADS, "interfaces": INTERFACES}
-        for name, known in words.items():
-            if getattr(self, name) not in known:
-                what = f"cad.{name} must be one of {', '.join(known)}; got {getattr(self, name)!r}"
-                raise InputError(what)
-        for name, least in {"segments": 6, "solid": 1}.items():
-            value = getattr(self, name)
-            is_integer = isinstance(value, int) and not isinstance(value, bool)
-            if not (is_integer and value >= least) and not (name == "solid" and value is None):
-                also = ", or all" if name == "solid" else ""
-                what = f"cad.{name} must be a whole number, {least} or more{also}; got {value!r}"
-                raise InputError(what)
+        if self.solid is not None:
+            check_number("cad.solid", self.solid, 1, whole=True, other="all")
+        check_number("cad.segments", self.segments, 6, whole=True)
+        check_choice("cad.groups", self.groups, GROUPS)
+        check_choice("cad.threads", self.threads, THREADS)
+        check_choice("cad.interfaces", self.interfaces, INTERFACES)
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:

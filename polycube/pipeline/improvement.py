@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -70,23 +70,17 @@ class Improvement(Run):
         """The best mesh of the variants, or the given one if none is better."""
         self.chain.most_crossings = float("inf")  # any improvement is welcome
         history = History(self.task(state, stages))
-        ended = search(history, Policy(len(history.task.variants(None))))
+        ended = search(history, in_order)
         if history.leader is history.outcomes[0]:
             logger.info("no better mesh was found; the given mesh is the result")
         return self.finish_search(history, stages, ended)
 
 
-@dataclass(frozen=True)
-class Policy:
-    """The given mesh, then all variants, one after another."""
-
-    number: int
-
-    def __call__(self, history: History, possible: object) -> Iterator[tuple[Move, Expected]]:
-        """The mesh, and the variants of the stages."""
-        yield Given(), Expected(0.0, 1.0)
-        for variant in range(self.number):
-            yield MeshStructure(0, variant), Expected(0.0, 1.0)
+def in_order(history: History, possible: object) -> Iterator[tuple[Move, Expected]]:
+    """A policy: the given mesh, then all variants of the stages, one after another."""
+    yield Given(), Expected(0.0, 1.0)
+    for variant in range(len(history.task.variants(None))):
+        yield MeshStructure(0, variant), Expected(0.0, 1.0)
 
 
 def read_given(settings: Settings, clock: Clock) -> RunState:

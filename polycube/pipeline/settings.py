@@ -12,10 +12,12 @@ from polycube.errors import InputError
 from polycube.io.cad import Cad
 from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
+from polycube.types.checks import check_choice, is_number, is_whole
 from polycube.units import AUTO, resolved
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
+GROUPS = ("Cad", "Points", "Files", "Node", "Mapping[str, Node]")  # types of groups
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
 CHOICES = {
     "bext": ("auto", "1", "2", "both"),
@@ -55,7 +57,7 @@ class Settings:
     strict: bool
     resume: Path | None
     start: str | None
-    composed: Node  # complete, as written to config.json
+    composed: Mapping[str, Any]  # complete, as written to config.json
 
     @classmethod
     def of(cls, composed: Node) -> Settings:
@@ -66,31 +68,40 @@ class Settings:
         InputError
             If a setting of the whole run is invalid; plugins check their own options.
         """
-        own = [f.name for f in fields(cls) if "Node" in str(f.type) and f.name != "composed"]
-        groups = {name: _group(composed, name) for name in ("cad", "points", "files", *own)}
-        context, seed = composed["context"], composed["seed"]
-        seconds, strict = composed["seconds"], composed["strict"]
+        names = [each.name for each in fields(cls) if each.type in GROUPS]
+        groups = {name: composed.get(name, {}) for name in names}  # no group without exports
+        for name, group in groups.items():
+            _check(name, group, isinstance(group, Mapping), "a group of settings")
+        seed, seconds, context = composed["seed"], composed["seconds"], composed["context"]
         is_list = context is None or isinstance(context, list | tuple)
         _check("context", context, is_list, "a list of primitives, such as [cube]")
-        _check("seed", seed, type(seed) is int and seed >= 0, "a whole number, 0 or more")
-        is_time = type(seconds) in (int, float) and 0 < seconds < math.inf
+        _check("seed", seed, is_whole(seed, 0), "a whole number, 0 or more")
+        is_time = is_number(seconds) and 0 < seconds < math.inf
         _check("seconds", seconds, seconds is None or is_time, "null or a positive number")
-        _check("strict", strict, isinstance(strict, bool), "true or false")
+        for name in ("strict", "quiet", "verbose"):
+            _check(name, composed[name], isinstance(composed[name], bool), "true or false")
+        repair = composed["repair"] or LEVELS[0]  # YAML may read off as false
+        _check("repair", repair, repair in LEVELS, ", ".join(LEVELS))
         mesh, hexes, resume, start = (
             str(composed[name]) if composed[name] else None
             for name in ("mesh", "hex", "resume", "from")
         )
+        if hexes and repair != LEVELS[0]:
+            what = "repair works on the surface of mesh=, it cannot be combined with hex="
+            raise InputError(what)
+        groups |= {
+            "cad": Cad(**groups["cad"], units=groups["analysis"].get("units")),
+            "points": Points(**groups["points"]),
+            "files": Files(**groups["files"]),
+        }
         return cls(
             mesh=None if mesh == "???" else mesh,
             hex=hexes,
-            cad=Cad(**groups.pop("cad"), units=groups["analysis"].get("units")),
-            points=Points(**groups.pop("points")),
-            files=Files(**groups.pop("files")),
-            repair=_repair(composed),
+            repair=repair,
             order=_order(composed),
             context=context or None,
-            seconds=None if seconds is None else float(seconds),
-            strict=strict,
+            seconds=seconds,
+            strict=composed["strict"],
             resume=Path(resume) if resume else None,
             start=start,
             composed=composed,
@@ -115,12 +126,6 @@ def _check(name: str, value: object, is_valid: bool, what: str) -> None:
         raise InputError(f"{name} must be {what}; got {value!r}")
 
 
-def _group(composed: Node, name: str) -> dict[str, Any]:
-    value = composed.get(name, {})  # there is no group without exports
-    _check(name, value, isinstance(value, Mapping), "a group of settings")
-    return dict(value)
-
-
 def _order(composed: Node) -> tuple[str, ...]:
     """The phases of the run, without those that are switched off, as by `spline=none`."""
     value = composed["order"]
@@ -131,17 +136,9 @@ def _order(composed: Node) -> tuple[str, ...]:
             f"order must be a list of the first of [{', '.join(PHASES)}], and report for the "
             f"page; got {value}"
         )
-    off = [phase for phase in chain if _group(composed, phase).get("plugin", phase) is None]
+    off = [name for name in chain if composed.get(name, {}).get("plugin", name) is None]
     left_out = chain[chain.index(off[0]) :] if off else []
     return tuple(phase for phase in value if phase not in left_out)
-
-
-def _repair(composed: Node) -> str:
-    value = composed["repair"] or LEVELS[0]  # YAML may read off as false
-    _check("repair", value, value in LEVELS, ", ".join(LEVELS))
-    if composed["hex"] and value != LEVELS[0]:
-        raise InputError("repair works on the surface of mesh=, it cannot be combined with hex=")
-    return str(value)
 
 
 @dataclass(frozen=True)
@@ -160,10 +157,7 @@ class Files:
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
-            value = getattr(self, name)
-            if isinstance(value, bool) or str(value) not in choices:
-                allowed = ", ".join(choices)
-                raise InputError(f"files.{name} must be one of {allowed}; got {value!r}")
+            check_choice(f"files.{name}", getattr(self, name), choices)
 
     def bext_versions(self, elements: int) -> tuple[int, ...]:
         """Versions of BEXT in which a spline with a number of elements is written, ascending."""

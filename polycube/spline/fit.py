@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from polycube.types.checks import check_whole
+from polycube.types.checks import check_number, is_number
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Fit:
     rounds: int = 3
 
     def __post_init__(self) -> None:
-        for name in ("iterations", "rounds"):
-            check_whole(f"fit.{name}", getattr(self, name), 0)
-        if isinstance(self.floor, bool) or not isinstance(self.floor, int | float):
+        check_number("fit.iterations", self.iterations, 0, whole=True)
+        check_number("fit.rounds", self.rounds, 0, whole=True)
+        if not is_number(self.floor):
             raise ValueError(f"fit.floor must be a number; got {self.floor!r}")
         if not 0 < self.floor < 1:
             raise ValueError(f"fit.floor must lie in (0, 1); got {self.floor}")

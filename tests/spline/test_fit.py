@@ -144,8 +144,8 @@ def test_a_positive_spline_stays_positive():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"iterations": -1}, "fit.iterations must be a whole number >= 0; got -1"),
-        ({"rounds": 1.5}, "fit.rounds must be a whole number >= 0; got 1.5"),
+        ({"iterations": -1}, "fit.iterations must be a whole number, 0 or more; got -1"),
+        ({"rounds": 1.5}, "fit.rounds must be a whole number, 0 or more; got 1.5"),
         ({"floor": 1}, r"fit.floor must lie in \(0, 1\); got 1"),
         ({"floor": "x"}, "fit.floor must be a number; got 'x'"),
         ({"steps": 3}, "fit takes iterations, floor, rounds; got 'steps'"),

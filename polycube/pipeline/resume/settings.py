@@ -54,8 +54,9 @@ def with_earlier_settings(settings: Settings) -> Settings:
 
 
 def _options(settings: Node) -> dict[str, Any]:
-    """Values of all options by their full names."""
-    return {name: value for name, value in by_name(settings) if not isinstance(value, Mapping)}
+    """Values of all options by their full names, files as absolute paths."""
+    found = {name: value for name, value in by_name(settings) if not isinstance(value, Mapping)}
+    return found | {name: str(Path(found[name]).resolve()) for name in FILES if found.get(name)}
 
 
 def _changed(now: Node, earlier: Node) -> list[str]:
@@ -72,16 +73,12 @@ def _changed(now: Node, earlier: Node) -> list[str]:
     }
     default = _options(compose("infer"))
     found = []
-    for name, value in now.items():
+    for name in now.keys() & earlier.keys() - {ADVICE}:
         setting = source.get(name.rpartition(".")[2], name)
-        is_derived = setting != name and value == now.get(setting)
-        if is_derived or name not in earlier or name == ADVICE:
-            continue
-        paths = [str(each[name]) for each in (now, earlier) if each[name] and name in FILES]
-        is_same_file = len(paths) == 2 and Path(paths[0]).resolve() == Path(paths[1]).resolve()
-        if not is_same_file and value not in (earlier[name], default.get(name)):
+        is_derived = setting != name and now[name] == now.get(setting)
+        if not is_derived and now[name] not in (earlier[name], default.get(name)):
             found.append(name)
-    return sorted(found, key=lambda name: name.count("."))
+    return sorted(found, key=lambda name: (name.count("."), name))
 
 
 def _is_before(start: str, name: str, meshing: Node) -> bool:

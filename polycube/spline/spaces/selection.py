@@ -17,7 +17,7 @@ import numpy as np
 
 from polycube.errors import InputError
 from polycube.types import TriMesh
-from polycube.types.checks import check_whole, is_number, is_whole
+from polycube.types.checks import check_number, is_number, is_whole
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.hierarchy import Level, Space
@@ -55,8 +55,8 @@ class Refinement:
     rings: int = 1
 
     def __post_init__(self) -> None:
-        for name in ("levels", "depth", "rings"):
-            check_whole(f"refine.{name}", getattr(self, name), int(name == "depth"))
+        for name, least in (("levels", 0), ("depth", 1), ("rings", 0)):
+            check_number(f"refine.{name}", getattr(self, name), least, whole=True)
         for name, end in (("curvature", 180), ("indicator", 1)):
             value = getattr(self, name)
             if not is_number(value) or not 0 <= value <= end:

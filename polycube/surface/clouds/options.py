@@ -1,13 +1,17 @@
 """Options of the reconstruction of point clouds: the settings `points.*` of `conf/infer.yaml`."""
 
-import math
 from dataclasses import dataclass
+from math import inf
 
-from polycube.errors import InputError
+from polycube.types.checks import check_number
 
-LEAST = {"outliers": 0.0, "neighbours": 3, "depth": 3, "trim": 1.0}
-MOST = {"outliers": math.inf, "neighbours": 1000, "depth": 10, "trim": math.inf}
-INTEGERS = ("neighbours", "depth")
+# of each option: the least and the largest number, and whether it is a whole one
+LIMITS = {
+    "outliers": (0, inf, False),
+    "neighbours": (3, 1000, True),
+    "depth": (3, 10, True),
+    "trim": (1, inf, False),
+}
 
 
 @dataclass(frozen=True)
@@ -41,12 +45,6 @@ class Points:
     trim: float | None = 4.0
 
     def __post_init__(self) -> None:
-        for name, least in LEAST.items():
-            value = getattr(self, name)
-            kinds = int if name in INTEGERS else int | float
-            fits = isinstance(value, kinds) and not isinstance(value, bool)
-            if value is not None and not (fits and least <= value <= MOST[name]):
-                kind = "a whole number" if name in INTEGERS else "a number"
-                upper = f" to {MOST[name]}" if math.isfinite(MOST[name]) else " or more"
-                what = f"must be null or {kind}, {least:g}{upper}; got {value!r}"
-                raise InputError(f"points.{name} {what}")
+        for name, limits in LIMITS.items():
+            if getattr(self, name) is not None:
+                check_number(f"points.{name}", getattr(self, name), *limits, other="null")

@@ -72,10 +72,10 @@ def test_a_box_without_elements_is_reported(caplog):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"levels": -1}, "refine.levels must be a whole number >= 0; got -1"),
+        ({"levels": -1}, "refine.levels must be a whole number, 0 or more; got -1"),
         ({"boxes": [{"box": 5}]}, "a box of refine.boxes must be {box: [x, y, z, X, Y, Z], level"),
-        ({"depth": 0}, "refine.depth must be a whole number >= 1; got 0"),
-        ({"rings": 0.5}, "refine.rings must be a whole number >= 0; got 0.5"),
+        ({"depth": 0}, "refine.depth must be a whole number, 1 or more; got 0"),
+        ({"rings": 0.5}, "refine.rings must be a whole number, 0 or more; got 0.5"),
         ({"curvature": 200}, "refine.curvature must lie in [0, 180]; got 200"),
         ({"indicator": "half"}, "refine.indicator must lie in [0, 1]; got 'half'"),
         ({"elements": [1, -1]}, "refine.elements must be whole numbers >= 0 or a file"),
