@@ -1,10 +1,19 @@
 """What is set at the desk, as the settings of a run that `infer.py` can repeat."""
 
+import json
 import shlex
+from collections.abc import Collection
 from dataclasses import dataclass, field
+from typing import Any
 
 SOLVED = "meshing,spline,analysis,report"
 MESHED = "meshing,report"
+LOADS = ("force", "pressure")
+WISHES = {
+    "size": "size of the hexes",
+    "through": "hexes through the wall",
+    "around": "hexes around the hole",
+}
 
 
 @dataclass
@@ -20,10 +29,9 @@ class Job:
     is_solved : whether the analysis is computed here; otherwise it only goes into the exports
     material : a name of `analysis.material`
     modes : number of modes
-    held : names of the faces that are fixed
-    forces : total force in N on a face
-    pressures : pressure in Pa on a face, towards the solid
-    requests : `size`, `through` or `around` of a face, as in `meshing.at`
+    faces : what is set at faces, by their names: `held` is true, `force` (x, y, z) is the total
+        force in N, `pressure` in Pa is towards the solid; `size`, `through` and `around` are
+        entries of `meshing.at`
     exports : formats
     further : other settings, as on a command line
     """
@@ -35,10 +43,7 @@ class Job:
     is_solved: bool = True
     material: str = "steel"
     modes: int = 10
-    held: list[str] = field(default_factory=list)
-    forces: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    pressures: dict[str, float] = field(default_factory=dict)
-    requests: dict[str, dict[str, str | int]] = field(default_factory=dict)
+    faces: dict[str, dict[str, Any]] = field(default_factory=dict)
     exports: list[str] = field(default_factory=list)
     further: str = ""
 
@@ -57,21 +62,16 @@ class Job:
             found.append(f"meshing.size={self.size}")
         if self.effort != "normal":
             found.append(f"effort={self.effort}")
-        wishes = [f"{{at: {at}, {_fields(wish)}}}" for at, wish in self.requests.items()]
-        if wishes:
-            found.append(f"meshing.at=[{', '.join(wishes)}]")
+        if wishes := self._entries(WISHES):
+            found.append(f"meshing.at=[{wishes}]")
         found.append(f"analysis={self.analysis}")
         if self.analysis != "none":
-            found += [
-                f"analysis.material={self.material}",
-                f"analysis.fixed=[{','.join(self.held)}]",
-            ]
+            held = ",".join(name for name, given in self.faces.items() if "held" in given)
+            found += [f"analysis.material={self.material}", f"analysis.fixed=[{held}]"]
         if self.analysis == "modal":
             found.append(f"analysis.modes={self.modes}")
         if self.analysis == "static":
-            given = [f"{{at: {at}, force: [{_numbers(f)}]}}" for at, f in self.forces.items()]
-            given += [f"{{at: {at}, pressure: {p:g}}}" for at, p in self.pressures.items()]
-            found.append(f"analysis.loads=[{', '.join(given)}]")
+            found.append(f"analysis.loads=[{self._entries(LOADS)}]")
         if self.exports:
             found.append(f"export=[{','.join(self.exports)}]")
         return found + shlex.split(self.further)
@@ -81,10 +81,11 @@ class Job:
         """The command line that does the same."""
         return shlex.join(["polycube-infer", *self.settings])
 
-
-def _fields(wish: dict[str, str | int]) -> str:
-    return ", ".join(f"{name}: {value}" for name, value in wish.items())
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return ", ".join(f"{value:g}" for value in values)
+    def _entries(self, kinds: Collection[str]) -> str:
+        """What is set of these kinds, as the entries of a list in a configuration."""
+        return ", ".join(
+            f"{{at: {name}, {kind}: {value if isinstance(value, str) else json.dumps(value)}}}"
+            for name, given in self.faces.items()
+            for kind, value in given.items()
+            if kind in kinds
+        )

@@ -1,6 +1,5 @@
 """The page of the desk: the part, what is set at its faces, and the run."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import mkdtemp
@@ -9,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from polycube.analysis.problem import MATERIALS
-from polycube.desk.job import Job
+from polycube.desk.job import LOADS, WISHES, Job
 from polycube.desk.part import PartView
 from polycube.desk.process import Process
 from polycube.desk.results import ResultsView
@@ -20,11 +19,10 @@ from polycube.registry import names
 SELECTED, HELD, LOADED, COUNTED = "#ffa726", "#1e88e5", "#e53935", "#43a047"
 ANALYSES = ["modal", "static", "none"]
 EFFORTS = ["first", "normal", "thorough"]
-WISHES = {
-    "size": "size of the hexes",
-    "through": "hexes through the wall",
-    "around": "hexes around the hole",
-}
+# how a face is shown at which something is set; the last one that applies gives the colour
+COLOURS = {**dict.fromkeys(WISHES, COUNTED), "held": HELD, **dict.fromkeys(LOADS, LOADED)}
+TEXTS = {kind: f"{text} {{}}" for kind, text in WISHES.items()}
+TEXTS |= {"held": "held", "force": "force {} N", "pressure": "pressure {:g} Pa"}
 
 
 @dataclass
@@ -80,18 +78,22 @@ class Desk:
         with ui.card().classes("w-full"):
             ui.label("At the selected faces").classes("font-bold")
             with ui.row():
-                ui.button("Hold", on_click=lambda: self._set(self._hold))
-                ui.button("Clear", on_click=lambda: self._set(self._clear))
+                ui.button("Hold", on_click=lambda: self._set("held", True))
+                ui.button("Clear", on_click=self._clear)
             with ui.row().classes("items-end"):
                 force = [ui.number(f"Force {x}, N", value=0).classes("w-24") for x in "xyz"]
-                ui.button("Add force", on_click=lambda: self._set(self._force, *force))
+                ui.button("Add force").on_click(
+                    lambda: self._set("force", tuple(float(each.value or 0) for each in force))
+                )
             with ui.row().classes("items-end"):
                 pressure = ui.number("Pressure, Pa", value=1e5).classes("w-32")
-                ui.button("Add pressure", on_click=lambda: self._set(self._press, pressure))
+                ui.button("Add pressure").on_click(
+                    lambda: self._set("pressure", float(pressure.value or 0))
+                )
             with ui.row().classes("items-end"):
                 kind = ui.select(WISHES, value="size", label="Wish").classes("w-56")
-                value = ui.input("Length, per cent or number", value="2%").classes("w-40")
-                ui.button("Add wish", on_click=lambda: self._set(self._wish, kind, value))
+                text = ui.input("Length, per cent or number", value="2%").classes("w-40")
+                ui.button("Add wish", on_click=lambda: self._wish(kind.value, text.value))
             self._list = ui.column().props('role="list" aria-label="What is set at the faces"')
 
     def _settings(self) -> None:
@@ -117,8 +119,7 @@ class Desk:
         job = self.job
         if part != job.part:
             job.part = part
-            for given in (job.held, job.forces, job.pressures, job.requests):
-                given.clear()
+            job.faces.clear()
         self._about.set_text(f"Reading {part} ...")
         try:
             surface = await self._view.show(self.folder / part, Path(mkdtemp(dir=self.scratch)))
@@ -129,43 +130,32 @@ class Desk:
         self._about.set_text(f"faces: {self._view.count}, lengths in {unit}")
         self._changed()
 
-    def _set(self, how: Callable[..., None], *fields: Any) -> None:
-        """Set something, with the values of some fields, at every selected face."""
+    def _set(self, kind: str, value: object) -> None:
+        """Set something at every selected face."""
         if not self._view.selected:
             ui.notify("Select one or more faces first: click them, or use the list.")
-        try:
-            for name in self._view.selected:
-                how(name, *(each.value for each in fields))
-        except ValueError:
-            ui.notify("A number of hexes must be a whole number.")
+        for name in self._view.selected:
+            self.job.faces.setdefault(name, {})[kind] = value
         self._changed()
 
-    def _hold(self, name: str) -> None:
-        self.job.held += [] if name in self.job.held else [name]
+    def _wish(self, kind: str, text: str) -> None:
+        if kind == "size":
+            self._set(kind, text)
+        elif text.isdecimal():
+            self._set(kind, int(text))
+        else:
+            ui.notify("A number of hexes must be a whole number.")
 
-    def _clear(self, name: str) -> None:
-        self.job.held = [other for other in self.job.held if other != name]
-        for given in (self.job.forces, self.job.pressures, self.job.requests):
-            given.pop(name, None)
-
-    def _force(self, name: str, *parts: float | None) -> None:
-        x, y, z = (float(part or 0) for part in parts)
-        self.job.forces[name] = (x, y, z)
-
-    def _press(self, name: str, pressure: float | None) -> None:
-        self.job.pressures[name] = float(pressure or 0)
-
-    def _wish(self, name: str, kind: str, value: str) -> None:
-        self.job.requests[name] = {kind: value if kind == "size" else int(value)}
+    def _clear(self) -> None:
+        for name in self._view.selected:
+            self.job.faces.pop(name, None)
+        self._changed()
 
     def _changed(self) -> None:
         """Show what is set, and the command."""
         job = self.job
-        said = [f"{name}: held" for name in job.held]
-        said += [f"{name}: force {force} N" for name, force in job.forces.items()]
-        said += [f"{name}: pressure {value:g} Pa" for name, value in job.pressures.items()]
-        wishes = [(name, *pair) for name, wish in job.requests.items() for pair in wish.items()]
-        said += [f"{name}: {WISHES[kind]} {value}" for name, kind, value in wishes]
+        rows = [(name, *pair) for name, given in job.faces.items() for pair in given.items()]
+        said = [f"{name}: {TEXTS[kind].format(value)}" for name, kind, value in rows]
         self._list.clear()
         with self._list:
             for line in said:
@@ -177,9 +167,8 @@ class Desk:
         self._painted(self._view.selected)
 
     def _painted(self, selected: list[str]) -> None:
-        job = self.job
-        colours = dict.fromkeys(job.requests, COUNTED) | dict.fromkeys(job.held, HELD)
-        colours |= dict.fromkeys([*job.forces, *job.pressures], LOADED)
+        faces = self.job.faces
+        colours = {name: COLOURS[k] for k in COLOURS for name in faces if k in faces[name]}
         self._view.paint(colours | dict.fromkeys(selected, SELECTED))
 
     def _ready(self, says: str = "") -> None:

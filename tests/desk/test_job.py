@@ -15,10 +15,13 @@ def test_everything_that_is_set_arrives_in_the_configuration() -> None:
         effort="first",
         analysis="static",
         material="titanium",
-        held=["cad_face_6", "cad_BOLT_1"],
-        forces={"cad_face_8": (100.0, 0.0, -2.5)},
-        pressures={"z_max": 1e5},
-        requests={"hole_1": {"around": 16}, "cad_face_8": {"size": "1%"}},
+        faces={
+            "cad_face_6": {"held": True},
+            "cad_BOLT_1": {"held": True},
+            "hole_1": {"around": 16},
+            "cad_face_8": {"force": (100.0, 0.0, -2.5), "size": "1%"},
+            "z_max": {"pressure": 1e5},
+        },
         exports=["abaqus", "gmsh"],
         further="analysis.away=0.05 'files.cells=corners'",
     )
@@ -38,7 +41,9 @@ def test_everything_that_is_set_arrives_in_the_configuration() -> None:
 
 @pytest.mark.parametrize("analysis", ["modal", "none"])
 def test_a_run_that_solves_nothing_stops_after_the_mesh(analysis) -> None:
-    job = Job("part.stl", analysis=analysis, is_solved=False, modes=6, held=["x_min"])
+    job = Job(
+        "part.stl", analysis=analysis, is_solved=False, modes=6, faces={"x_min": {"held": True}}
+    )
     found = config(*job.settings)
     assert found["order"] == ["meshing", "report"]
     if analysis == "modal":  # for the exports
