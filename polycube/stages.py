@@ -73,9 +73,10 @@ class Clock:
 
 def build_stages(order: Sequence[str], configs: Mapping[str, Any]) -> list[Stage]:
     """Build the plugin of every stage in `order`; raises InputError for a missing configuration."""
-    missing = [kind for kind in order if kind not in configs]
+    have = [kind for kind in configs if kind in KINDS]
+    missing = [kind for kind in order if kind not in have]
     if missing:
-        raise InputError(f"no config for stage {missing[0]!r}; have {', '.join(configs)}")
+        raise InputError(f"no config for stage {missing[0]!r}; have {', '.join(have)}")
     return [Stage(kind, build(kind, configs[kind])) for kind in order]
 
 
@@ -94,4 +95,4 @@ def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage
     """
     order = bundle["order"]
     check_chain([*order, "spline"], have)
-    return build_stages(order, {kind: bundle[kind.removeprefix("meshing/")] for kind in order})
+    return build_stages(order, {f"meshing/{name}": value for name, value in bundle.items()})

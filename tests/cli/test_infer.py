@@ -172,6 +172,10 @@ def test_a_given_context_is_used(tmp_path):
             (["mesh=example:rod", "meshing.order=[meshing/smooth]"], "needs hexes"),
             (["mesh=example:rod", "resume=nowhere", "from=spline"], "contains no result"),
             (["mesh=example:rod", "meshing.order=[]"], "meshing/subdivide before it"),
+            (
+                ["meshing.order=[meshing/segment,meshing/map,meshing/subdivide]", "mesh=a.stl"],
+                "no config for stage 'meshing/segment'; have meshing/subdivide",
+            ),
             (["mesh=example:rod", "order=[mesh]"], "got ['mesh']"),
             (["mesh=example:rod", "order=mesh"], "order must be a list"),
             (["mesh=example:rod", "order=[meshing,analysis]"], "[meshing, spline, analysis]"),
