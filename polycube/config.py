@@ -11,7 +11,7 @@ import json
 import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import entry_points
@@ -84,10 +84,8 @@ def quote(text: str) -> str:
 
 def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
     """The settings as dictionaries, lists and plain values, all interpolations resolved."""
-    values = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=throw_on_missing)
-    if not isinstance(values, dict):
-        raise InputError("the configuration is empty")
-    return {str(name): value for name, value in values.items()}
+    values: Any = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=throw_on_missing)
+    return dict(values)
 
 
 def loader() -> ConfigLoader:
@@ -111,40 +109,36 @@ def add_sources(search_path: ConfigSearchPath) -> None:
     Those of this program come first: a package can add choices, but not replace existing ones.
     """
     Plugins.instance().register(PluginSource)
-    search_path.append("polycube", f"{PluginSource.scheme()}://polycube")
+    search_path.append("polycube", f"{PluginSource.scheme()}://plugins")
     for entry in entry_points(group=GROUP):
-        package = entry.module.partition(".")[0]
-        spec = find_spec(package)  # searches without importing
+        spec = find_spec(entry.module.partition(".")[0])  # searches without importing
         for folder in (spec and spec.submodule_search_locations) or []:
             if (conf := Path(folder) / "conf").is_dir():
                 search_path.append(f"polycube:{entry.name}", f"file://{conf}")
-        search_path.append(f"polycube:{entry.name}", f"{PluginSource.scheme()}://{package}")
 
 
 class PluginSource(StructuredConfigSource):
-    """The options of the plugin classes of one package, as if each had a YAML file.
+    """The default options of all plugin classes, as if each had a YAML file.
 
     They are in a store of their own, because other programs in the process see that of Hydra.
     """
 
     def __init__(self, provider: str, path: str) -> None:
         ConfigSource.__init__(self, provider, path)
-        self.store = _stored(self.path)
+        self.store = _plugin_store()
 
     @staticmethod
     def scheme() -> str:
-        """Scheme of the addresses of this source."""
+        """Scheme of the address of this source."""
         return "polycube"
 
 
 @cache
-def _stored(package: str) -> ConfigStore:
-    """The default options of the plugins of a package."""
+def _plugin_store() -> ConfigStore:
     store = type.__call__(ConfigStore)  # a new one, not the singleton
     for (kind, name), cls in {**SHARED, **classes()}.items():
-        if cls.__module__.partition(".")[0] == package:
-            place = f"{kind}.{name}" if kind in SEVERAL else None
-            store.store(name, _defaults(kind, name, cls), kind, place)
+        place = f"{kind}.{name}" if kind in SEVERAL else None
+        store.store(name, _defaults(kind, name, cls), kind, place)
     return store
 
 
@@ -153,16 +147,14 @@ def _defaults(kind: str, name: str, cls: type) -> dict[str, object]:
     values: dict[str, object] = {} if (kind, name) in SHARED else {"plugin": name}
     choices = []
     for option in options(kind, cls).values():
-        value = default(option)
-        if is_dataclass(value) and not isinstance(value, type):
-            value = asdict(value)
+        value = json.dumps(default(option), default=asdict)
         if "choice" in option.metadata:
             group, chosen = option.metadata["choice"]
             choices.append({f"/{group}@{option.name}": chosen})
         elif "setting" in option.metadata:
-            values[option.name] = f"${{oc.select:{option.metadata['setting']},{json.dumps(value)}}}"
+            values[option.name] = f"${{oc.select:{option.metadata['setting']},{value}}}"
         else:
-            values[option.name] = list(value) if isinstance(value, tuple) else value
+            values[option.name] = json.loads(value)
     return {"defaults": [*choices, "_self_"], **values}
 
 
@@ -189,15 +181,13 @@ def _no_option(name: str, parent: Container) -> InputError:
     group, _, last = name.rpartition(".")
     siblings = list(parent) if group and isinstance(parent, DictConfig) else []
     root: Any = OmegaConf.to_container(parent._get_root())  # OmegaConf has no public way up
-    known = [known for known, _ in by_name(root) if known.partition(".")[0] != "hydra"]
-    # such as meshing.size for size
-    same = [other for other in known if other.rpartition(".")[2] == last]
-    highest = min((other.count(".") for other in same), default=0)
+    root.pop("hydra", None)
+    known = sorted((known for known, _ in by_name(root)), key=lambda known: known.count("."))
+    same = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size for size
     near = (
         get_close_matches(name, [f"{group}.{key}" for key in siblings], 1, 0.5)
-        or [other for other in same if other.count(".") == highest]
-        or get_close_matches(name, SHORT, 1, 0.75)
-        or get_close_matches(name, known, 1, 0.5)
+        or [other for other in same if other.count(".") == same[0].count(".")]
+        or get_close_matches(name, [*SHORT, *known], 1, 0.5)
     )
     have = f"{group} has {', '.join(siblings)}" if siblings else "--help lists them"
     return InputError(f"there is no option {name}", remedy=_did_you_mean(near) + have)

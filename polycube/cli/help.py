@@ -18,14 +18,13 @@ from typing import Any
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 
 from polycube import HOME
 from polycube.cli.command import split
-from polycube.config import SHARED, compose, loader, options_of
+from polycube.config import SEVERAL, SHARED, by_name, compose, loader, options_of
 from polycube.registry import classes, default, options
 
-REFUSED = {("train", "grid", "auto")}  # choices of other programs: a training needs one grid
 WIDTH = 100  # width of a line in the terminal
 MORE = "All options of a choice: --help GROUP=OPTION.  All values: --cfg job."
 PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
@@ -38,7 +37,8 @@ def shown(config_name: str) -> bool:
         return False
     blocks = list(of_choices(config_name, given.overrides)) if given.overrides else []
     if not blocks:
-        texts = _file(config_name).hydra.help
+        texts: Any = OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
+        texts = texts.hydra.help
         blocks = [
             texts.header,
             f"== Choices: group=option (* default) ==\n{choices(config_name)}",
@@ -51,19 +51,17 @@ def shown(config_name: str) -> bool:
 
 def choices(config_name: str) -> str:
     """All groups of a command line, with a line for each choice."""
-    own = (entry for entry in _file(config_name).defaults if isinstance(entry, DictConfig))
-    lists = {str(group): "" for entry in own for group, value in entry.items() if value == []}
     search = loader()
     defaults = search.compute_defaults_list(config_name, [], RunMode.RUN).overrides.known_choices
-    chosen = lists | {k: v for k, v in defaults.items() if not k.startswith("hydra/")}
+    chosen = {key: name for key, name in defaults.items() if not key.startswith("hydra/")}
+    chosen |= dict.fromkeys(SEVERAL if config_name == "infer" else ())
     lines = []
     for key in sorted(chosen):
         group, _, package = key.partition("@")
         if package and group in chosen:
             lines.append(f"{key}: default {chosen[key]}")
             continue
-        refused = {name for of, at, name in REFUSED if (of, at) == (config_name, group)}
-        names = [name for name in options_of(search, group) if name not in refused]
+        names = options_of(search, group)
         rows = [(f"{' *'[n == chosen[key]]} {n}", summary(search, group, n)) for n in names]
         lines += [key, *_aligned(rows)]
     if "primitives" in chosen:
@@ -82,24 +80,16 @@ def settings(name: str) -> str:
 
 def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
     """Options, values and help of the choices among the overrides, and of their parts."""
-    config = compose(config_name, overrides)
-    requested = set()
-    for override in OverridesParser.create().parse_overrides(list(overrides)):
-        value, group = override.value(), override.key_or_group
-        requested |= {f"{group}/{each}" for each in (value if isinstance(value, list) else [value])}
-    parts = loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults
-    owners = set(requested)
-    for _ in parts:  # a part of a part is also one, in any order
-        owners |= {str(part.config_path) for part in parts if part.parent in owners}
+    values = dict(by_name(compose(config_name, overrides)))
+    given = OverridesParser.create().parse_overrides(list(overrides))
+    chosen = tuple(f"{each.package or each.key_or_group.replace('/', '.')}." for each in given)
     plugins = {"/".join(key): (key[0], cls) for key, cls in {**SHARED, **classes()}.items()}
-    for part in parts:
-        if part.config_path in plugins and (part.config_path in requested or part.parent in owners):
+    for part in loader().compute_defaults_list(config_name, list(overrides), RunMode.RUN).defaults:
+        if part.config_path in plugins and f"{part.package}.".startswith(chosen):
             kind, cls = plugins[part.config_path]
             lines = [f"== {part.package}: {_first_line(cls)} =="]
             for name, text in described(kind, cls).items():
-                value = config
-                for key in f"{part.package}.{name}".split("."):
-                    value = value[key]
+                value = values[f"{part.package}.{name}"]
                 written = value if isinstance(value, str) else json.dumps(value)
                 lines.append(f"{part.package}.{name}={written}")
                 lines.append(indent("\n".join(wrap(text, WIDTH - 4)), "    "))
@@ -142,10 +132,6 @@ def documented(cls: type) -> dict[str, str]:
             names, text = match.groups()
             texts |= dict.fromkeys(names.split(", "), " ".join(text.split()))
     return texts
-
-
-def _file(config_name: str) -> Any:
-    return OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
 
 
 def _first_line(cls: type) -> str:
