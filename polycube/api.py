@@ -4,6 +4,7 @@ Arguments and results are objects. The state of the process is not changed, so t
 used inside another Hydra program, in a notebook and on any thread.
 """
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -230,12 +231,10 @@ def _overrides(name: str, value: object) -> list[str]:
 
 def _value(value: object) -> str:
     """A value in Hydra's syntax."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
+    if value is None or isinstance(value, bool):
+        return json.dumps(value)
     if isinstance(value, int | float):
-        return repr(value)
+        return str(value)
     if isinstance(value, Mapping):
         return "{" + ",".join(f"{key}:{_value(value[key])}" for key in value) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):

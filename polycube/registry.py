@@ -15,7 +15,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, field, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, field, fields, replace
 from functools import cache
 from importlib.metadata import entry_points
 from numbers import Integral, Real
@@ -161,25 +161,24 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
         inspect.signature(cls).bind(**values)
     except TypeError as error:
         raise BadOption(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
-    _check_types(f"{kind}={name}", cls, values)
     try:
+        _check_types(cls, values)
         return cls(**values)
     except (TypeError, ValueError) as error:
         raise BadOption(f"{kind}={name}: {error}") from error
 
 
-def _check_types(plugin: str, cls: type, values: Mapping[str, object]) -> None:
-    """Raise BadOption for an option of a plain type with a value of another type."""
-    types = {f.name: f.type for f in fields(cls)} if is_dataclass(cls) else {}
+def _check_types(cls: type, values: Mapping[str, object]) -> None:
+    """Raise TypeError for an option of a plain type with a value of another type."""
+    # an annotation is a string if its module postpones annotations
+    types = {each.name: getattr(each.type, "__name__", each.type) for each in fields(cls)}
     for name, value in values.items():
         if isinstance(value, str) and value == REQUIRED:
-            raise BadOption(f"{plugin}: {name} must be given")
-        annotation = types.get(name)  # a string, if its module postpones annotations
-        plain = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-        admitted, description = PLAIN.get(plain, (object, ""))
-        truth = isinstance(value, bool) and plain != "bool"  # Python counts booleans as numbers
-        if not isinstance(value, admitted) or (truth and plain in PLAIN):
-            raise BadOption(f"{plugin}: {name} must be {description}; got {value!r}")
+            raise TypeError(f"{name} must be given")
+        admitted, description = PLAIN.get(str(types.get(name)), (object, ""))
+        is_truth = isinstance(value, bool) and admitted in (Integral, Real)  # numbers in Python
+        if is_truth or not isinstance(value, admitted):
+            raise TypeError(f"{name} must be {description}; got {value!r}")
 
 
 @cache

@@ -19,14 +19,11 @@ from os.path import exists, isdir  # unlike those of Path, they accept names tha
 from pathlib import Path
 from typing import Any
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import QuotedString
-from hydra.errors import HydraException
-from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
 from polycube import __version__
-from polycube.cli.command import begin_sweep
+from polycube.cli.command import Sweep, parsed
 from polycube.cli.signals import INTERRUPTED
 from polycube.config import quote
 from polycube.errors import InputError, printable
@@ -73,11 +70,10 @@ def expanded(arguments: list[str]) -> list[str]:
 
 def _sweep(argument: str) -> list[str]:
     """The values of a setting with several values."""
-    try:
-        [override] = OverridesParser.create().parse_overrides([argument])
-    except HydraException:
-        return []  # Hydra will report the error
-    values = override.sweep_iterator() if override.is_sweep_override() else ()
+    override = parsed(argument)
+    if override is None or not override.is_sweep_override():
+        return []  # Hydra will report an error
+    values = override.sweep_iterator()
     return [value.text if isinstance(value, QuotedString) else str(value) for value in values]
 
 
@@ -117,7 +113,8 @@ def part_name(path: str) -> str:
 
 def _job_folder(values: str, *, _root_: DictConfig) -> str:
     """Folder of one job: the part, and the settings of the batch."""
-    name = part_name(OmegaConf.select(_root_, "mesh") or OmegaConf.select(_root_, "hex"))
+    select = OmegaConf.select
+    name = part_name(select(_root_, "mesh") or select(_root_, "hex") or "part")
     return f"{name},{values.replace('/', '_')}" if values else name
 
 
@@ -185,12 +182,10 @@ def _numbers(folder: Path) -> dict[str, object]:
     return {name: value for name, value in row.items() if value is not None}
 
 
-class Summary(Callback):
-    """End of a batch in Hydra: the table, and the largest exit code."""
+class Summary(Sweep):
+    """A batch in Hydra; it ends with the table and the largest exit code."""
 
-    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
-        """Refuse a folder in which a file of the user would be overwritten."""
-        begin_sweep(config, TABLE)
+    files = TABLE
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Write `summary.csv` and `summary.html` to the folder of the batch."""

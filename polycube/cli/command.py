@@ -7,9 +7,8 @@ import gc
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import wraps
 from os.path import isdir, isfile, lexists  # unlike those of Path, they accept long names
 from pathlib import Path
 
@@ -18,8 +17,10 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException
+from hydra.experimental.callback import Callback
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -61,10 +62,8 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
         folder = Path(HydraConfig.get().runtime.output_dir)
         if folder.is_relative_to(Path.cwd()):
             folder = folder.relative_to(Path.cwd())  # as the user would write it
-        try:
+        with refusing():  # here, because Hydra would print a line of its own
             result = job(plain(cfg, throw_on_missing=True), folder)
-        except (InputError, OmegaConfBaseException) as error:
-            sys.exit(refused(error))  # here, because Hydra would print a line of its own
         return result.get("error") if isinstance(result, dict) else result
 
     with refusing():
@@ -86,16 +85,12 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
             name = flag.lstrip("-").partition("=")[0]
             raise InputError(f"unknown flag {flag}; options are given as {name}=value")
 
-    @wraps(task)
-    def with_collector(cfg: DictConfig) -> object:
-        if not gc.isenabled():  # see `polycube.cli`
-            gc.freeze()  # existing objects stay until the end
-            gc.enable()
-        return task(cfg)
-
+    if not gc.isenabled():  # see `polycube.cli`
+        gc.freeze()  # existing objects stay until the end
+        gc.enable()
     main = hydra.main(version_base="1.3", config_path=str(HOME / "conf"), config_name=config_name)
     try:
-        main(with_collector)()
+        main(task)()
     except HydraException as error:
         raise refusal(error) from None
     except OSError as error:  # from files of Hydra and TensorBoard
@@ -104,29 +99,31 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
         raise InputError(str(error.strerror), error.filename or "the results folder") from None
 
 
-def begin_sweep(config: DictConfig, names: Sequence[str]) -> None:
-    """Check the folder of a multirun and write `multirun.yaml`, which Hydra would just overwrite.
+class Sweep(Callback):
+    """The folder of a multirun in Hydra, with `multirun.yaml`, which Hydra would just overwrite."""
 
-    names : files that will be written to the folder
-    """
-    folder = Path(config.hydra.sweep.dir)
-    with refusing():  # Hydra catches all exceptions of a callback
-        _locks.enter_context(locked(folder))
-        manifest.check(folder, names)
-        with manifest.writing(folder) as scratch:
-            OmegaConf.save(config, scratch / "multirun.yaml")
+    files: tuple[str, ...] = ()  # names of other files that will be written to the folder
+
+    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
+        """Refuse a folder in which a file of the user would be overwritten."""
+        folder = Path(config.hydra.sweep.dir)
+        with refusing():  # Hydra catches all exceptions of a callback
+            _locks.enter_context(locked(folder))
+            manifest.check(folder, self.files)
+            with manifest.writing(folder) as scratch:
+                OmegaConf.save(config, scratch / "multirun.yaml")
 
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Print an InputError of the block in one line, and end the process with exit code 2."""
+    """Print an error of the input or configuration in one line, and end with exit code 2."""
     try:
         yield
-    except InputError as error:
+    except (InputError, OmegaConfBaseException) as error:
         sys.exit(refused(error))
 
 
-def refused(error: Exception) -> int:
+def refused(error: Exception | str) -> int:
     """Print an error to standard error in one line; returns the exit code 2."""
     sys.stderr.write(f"error: {printable(' '.join(str(error).split()))}\n")
     return 2
@@ -190,11 +187,15 @@ def quoted(arguments: list[str]) -> list[str]:
     found = []
     for argument in arguments:
         name, _, path = argument.partition("=")
-        is_read = name not in PATHS or not ("${" in path and lexists(path))
-        if is_read and name in PATHS:
-            try:
-                OverridesParser.create().parse_overrides([argument])
-            except HydraException:
-                is_read = False
-        found.append(argument if is_read else f"{name}={quote(path)}")
+        if name in PATHS and (parsed(argument) is None or ("${" in path and lexists(path))):
+            argument = f"{name}={quote(path)}"
+        found.append(argument)
     return found
+
+
+def parsed(argument: str) -> Override | None:
+    """An argument as Hydra reads it; None if it cannot be read."""
+    try:
+        return OverridesParser.create().parse_overrides([argument])[0]
+    except HydraException:
+        return None

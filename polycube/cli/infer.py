@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube.api import execute
@@ -24,7 +24,7 @@ from polycube.cli.solids import run as solids
 from polycube.cli.solids.settings import of_solid
 from polycube.cli.terminal import PLAIN, QUIET, VERBOSE, logging_to
 from polycube.config import plain
-from polycube.errors import InputError, MeshingError, printable
+from polycube.errors import InputError, MeshingError
 from polycube.io import manifest
 from polycube.io.preflight import preflight
 from polycube.pipeline.settings import Settings
@@ -57,12 +57,9 @@ def infer(
     KeyboardInterrupt
         If a signal came before there was a folder; later ones end in a report.
     """
-    for name in ("quiet", "verbose"):
-        if not isinstance(cfg[name], bool):
-            raise InputError(f"{name} must be true or false; got {cfg[name]!r}")
+    settings = Settings.of(cfg)
     if level is None:
         level = QUIET if cfg["quiet"] else VERBOSE if cfg["verbose"] else PLAIN
-    settings = Settings.of(cfg)
     folder = _folder(cfg)
     with terminable() as interrupt, logging_to(level, is_alone) as log_to:
         result = execute(
@@ -105,37 +102,31 @@ def check(cfg: Json) -> tuple[int, str]:
 
 def main() -> None:
     """Command line: Hydra composes the configuration, `infer` runs, and the exit code is set."""
-    codes = []
 
     def task(cfg: DictConfig) -> None:
-        codes.append(1)  # for an error in the program, which Hydra prints
-        codes[-1] = _command(cfg)
-        if codes[-1] == INTERRUPTED:
-            sys.exit(INTERRUPTED)
+        code = _command(cfg)
+        # in a batch, `Summary` sets the code after the last job
+        if code and (code == INTERRUPTED or HydraConfig.get().mode == RunMode.RUN):
+            sys.exit(code)
 
     with refusing():
         sys.argv[1:] = expanded(with_input(in_full(sys.argv[1:])))
         run_hydra("infer", task)
-    sys.exit(max(codes, default=0))
 
 
 def _command(cfg: DictConfig) -> int:
     """Exit code of a run, or of a job of a batch; errors are printed on the terminal."""
     hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
     try:
-        has_mesh = not OmegaConf.is_missing(cfg, "mesh") and cfg.mesh
-        if not has_mesh and not cfg.resume and not cfg.hex:
-            what = "no part given: run infer.py part.step, or infer.py example:rod to try it"
-            raise InputError(what)
         settings = plain(cfg)
-    except (InputError, OmegaConfBaseException) as error:
+    except OmegaConfBaseException as error:
         return refused(error)
     if hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN:
         folder = Path(hydra_cfg.runtime.output_dir)
         return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
-    code, sentence = _attempt(settings, is_alone=HydraConfig.initialized())
+    code, sentence = _attempt(settings, is_alone=hydra_cfg is not None)
     if sentence:
-        sys.stderr.write(f"error: {printable(sentence)}\n")
+        refused(sentence)
     return code
 
 
@@ -144,7 +135,10 @@ def _attempt(
 ) -> tuple[int, str]:
     """Exit code, and if it is not 0, a sentence with the reason."""
     try:
-        if solids.is_requested(cfg):
+        if cfg["mesh"] in ("???", None, "") and not cfg["resume"] and not cfg["hex"]:
+            what = "no part given: run infer.py part.step, or infer.py example:rod to try it"
+            raise InputError(what)
+        if cfg["cad"]["solid"] == solids.ALL:
             found = solids.solids_of(cfg)
             if found and cfg["preflight"] is not False:
                 return solids.check_solids(cfg, found, _silently)

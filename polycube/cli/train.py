@@ -13,12 +13,11 @@ from typing import Any, ParamSpec, TypeVar
 import hydra
 import lightning.pytorch as L
 from hydra.errors import InstantiationException
-from hydra.experimental.callback import Callback
 from lightning.pytorch.callbacks import ModelCheckpoint, WeightAveraging
 from lightning.pytorch.loggers import TensorBoardLogger
 from omegaconf import DictConfig
 
-from polycube.cli.command import OTHER_FOLDER, begin_sweep, command
+from polycube.cli.command import OTHER_FOLDER, Sweep, command
 from polycube.diffusion import weights
 from polycube.diffusion.pairs.templates import turned_contexts
 from polycube.diffusion.training import pictures
@@ -44,12 +43,8 @@ CHECKPOINTS = tuple(f"checkpoints/{name}.ckpt" for name in ("best", "last"))
 THIN = 3  # for networks on points: a ninth of the points, 1.5 times faster than a quarter
 
 
-class Trainings(Callback):
-    """The folder of a sweep in Hydra."""
-
-    def on_multirun_start(self, config: DictConfig, **_: object) -> None:
-        """Refuse a folder in which a file of the user would be overwritten."""
-        begin_sweep(config, ())
+class Trainings(Sweep):
+    """A sweep of trainings in Hydra."""
 
     def on_multirun_end(self, config: DictConfig, **_: object) -> None:
         """Name the command that compares the trainings."""

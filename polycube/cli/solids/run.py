@@ -32,11 +32,6 @@ ALONE = {"resume": "resume the run of one solid, in its own folder", "hex": "hex
 Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its motion to this one
 
 
-def is_requested(cfg: Json) -> bool:
-    """Whether the settings are for all solids of a file."""
-    return bool(cfg["cad"]["solid"] == ALL)
-
-
 def solids_of(cfg: Json) -> list[Solid]:
     """The solids to mesh separately; empty if the file has only one.
 
