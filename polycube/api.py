@@ -4,7 +4,6 @@ Arguments and results are objects. The state of the process is not changed, so t
 used inside another Hydra program, in a notebook and on any thread.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -13,7 +12,7 @@ from threading import Event
 
 import numpy as np
 
-from polycube.config import SHORT, compose, quote
+from polycube.config import SHORT, compose, literal
 from polycube.errors import InputError, MeshingError
 from polycube.io.access.lock import locked
 from polycube.io.access.reading import read_json
@@ -200,7 +199,7 @@ def _input(source: object) -> tuple[str, Read | None]:
     """The override for a part, and the function that makes the first state of an object."""
     if isinstance(source, str | Path):
         key = "hex" if str(source).lower().endswith(FORMATS) else "mesh"
-        return f"{key}={_value(str(source))}", None
+        return f"{key}={literal(str(source))}", None
     if isinstance(source, HexMesh):
         start = RunState(boundary(source), "object", given=source, hex_path="object", hexes=source)
         return "hex=object", lambda settings, clock: start
@@ -226,17 +225,4 @@ def _overrides(name: str, value: object) -> list[str]:
     """Overrides in Hydra's syntax for a keyword of `mesh`."""
     if isinstance(value, Mapping):
         return [each for key in value for each in _overrides(f"{name}.{key}", value[key])]
-    return [f"{SHORT.get(name, name)}={_value(value)}"]
-
-
-def _value(value: object) -> str:
-    """A value in Hydra's syntax."""
-    if value is None or isinstance(value, bool):
-        return json.dumps(value)
-    if isinstance(value, int | float):
-        return str(value)
-    if isinstance(value, Mapping):
-        return "{" + ",".join(f"{key}:{_value(value[key])}" for key in value) + "}"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return "[" + ",".join(map(_value, value)) + "]"
-    return quote(str(value))
+    return [f"{SHORT.get(name, name)}={literal(value)}"]

@@ -82,6 +82,21 @@ def quote(text: str) -> str:
     return "'" + re.sub(r"(\\*)\Z", lambda found: 2 * found[1], text) + "'"
 
 
+def literal(value: object) -> str:
+    """A value in Hydra's syntax; text is taken literally, as by `quote`."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{" + ",".join(f"{key}:{literal(value[key])}" for key in value) + "}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ",".join(map(literal, value)) + "]"
+    return quote(str(value))
+
+
 def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
     """The settings as dictionaries, lists and plain values, all interpolations resolved."""
     values: Any = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=throw_on_missing)

@@ -143,7 +143,7 @@ def run_job(cfg: Mapping[str, Any], folder: Path, overrides: str, job: Attempt) 
             sys.stderr.write(f"{printable(f'{folder.name}: {sentence}')}\n")
             return code
         row = {"identity": identity, "exit": code, "part": name, "settings": overrides}
-        row |= {"result": VERDICT.get(code, "failed"), **_numbers(folder), "says": sentence}
+        row |= {"result": VERDICT.get(code, "failed"), **main_numbers(folder), "says": sentence}
         with manifest.writing(folder) as scratch:
             (scratch / ROW).write_text(json.dumps(row, indent=1))
     details = [row["says"]] if row["says"] else []
@@ -165,7 +165,7 @@ def _identity(cfg: Mapping[str, object]) -> str:
     return digest.hexdigest()
 
 
-def _numbers(folder: Path) -> dict[str, object]:
+def main_numbers(folder: Path) -> dict[str, object]:
     """Columns of the table from the report of a run; lengths in per cent of the diagonal."""
     path = folder / "report.json"
     if not path.is_file():

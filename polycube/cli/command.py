@@ -183,11 +183,12 @@ def in_full(arguments: list[str]) -> list[str]:
 
 
 def quoted(arguments: list[str]) -> list[str]:
-    """The arguments, with quotes around paths that Hydra cannot read literally, as with # or ${."""
+    """The arguments, with quotes around paths that Hydra does not read literally: # , or ${."""
     found = []
     for argument in arguments:
         name, _, path = argument.partition("=")
-        if name in PATHS and (parsed(argument) is None or ("${" in path and lexists(path))):
+        is_file = ("${" in path or "," in path) and lexists(path)
+        if name in PATHS and (is_file or parsed(argument) is None):
             argument = f"{name}={quote(path)}"
         found.append(argument)
     return found

@@ -52,12 +52,12 @@ def serve(part: Path, port: int, opens: bool) -> None:
     """Serve the page for a part, or for a folder, on this machine only."""
     from nicegui import app, ui
 
+    from polycube.cli.process import RESULTS
     from polycube.desk import part as part_view
     from polycube.desk import results
     from polycube.desk.access import OnlyWithToken
     from polycube.desk.job import Job
     from polycube.desk.page import Desk
-    from polycube.desk.process import RESULTS
 
     folder = part if part.is_dir() else part.parent
     token = secrets.token_urlsafe(16)

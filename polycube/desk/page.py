@@ -8,9 +8,9 @@ from typing import Any
 from nicegui import ui
 
 from polycube.analysis.problem import MATERIALS
+from polycube.cli.process import Process
 from polycube.desk.job import LOADS, WISHES, Job
 from polycube.desk.part import PartView
-from polycube.desk.process import Process
 from polycube.desk.results import ResultsView
 from polycube.errors import PolycubeError
 from polycube.io.surfaces import KNOWN
@@ -185,7 +185,9 @@ class Desk:
         self._log.clear()
         last = ""
         try:
-            self.process = process = await Process.begin(self.folder, self.job)
+            self.process = process = await Process.begin(
+                self.folder, self.job.part, self.job.settings
+            )
         except ValueError as error:
             ui.notify(f"Further settings: {error}")
             return

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from nicegui import ui
 
-from polycube.desk.process import RESULTS, earlier
+from polycube.cli.process import RESULTS, earlier
 from polycube.errors import InputError
 from polycube.report.page.views.comparison import write_view
 

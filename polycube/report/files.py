@@ -70,16 +70,17 @@ def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
 
 def inputs(settings: Settings) -> list[Path]:
     """All files given by options."""
-
-    def strings(value: object) -> Iterator[str]:
-        if isinstance(value, str):
-            yield value
-        elif isinstance(value, Mapping):
-            yield from chain.from_iterable(strings(item) for item in value.values())
-        elif isinstance(value, list | tuple):
-            yield from chain.from_iterable(strings(item) for item in value)
-
     return [Path(text) for text in strings(settings.composed) if os.path.isfile(text)]
+
+
+def strings(value: object) -> Iterator[str]:
+    """All texts in nested settings."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        yield from chain.from_iterable(strings(item) for item in value.values())
+    elif isinstance(value, list | tuple):
+        yield from chain.from_iterable(strings(item) for item in value)
 
 
 def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) -> None:

@@ -47,6 +47,13 @@ def test_a_path_need_not_be_quoted(path):
         assert path in PATHS[3:]
 
 
+def test_a_file_with_a_comma_is_one_path(tmp_path):
+    (tmp_path / "a.stl,b.stl").touch()
+    [word] = quoted([f"mesh={tmp_path}/a.stl,b.stl"])
+    [override] = OverridesParser.create().parse_overrides([word])
+    assert override.value() == f"{tmp_path}/a.stl,b.stl"
+
+
 @pytest.mark.parametrize(("config", "word", "words"), first_quick(4, WRONG))
 def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["program", word])

@@ -5,15 +5,15 @@ import json
 
 import pytest
 
+from polycube.cli.process import COMMAND, Process, earlier
 from polycube.desk.job import Job
-from polycube.desk.process import COMMAND, Process, earlier
 
 
 def run(folder, job: Job, stop_at: str | None = None) -> tuple[Process, int, list[str]]:
     """A run to its end, or until a line with some text."""
 
     async def work() -> tuple[Process, int, list[str]]:
-        process, said = await Process.begin(folder, job), []
+        process, said = await Process.begin(folder, job.part, job.settings), []
         async for line in process.lines():
             said.append(line)
             if stop_at and stop_at in line:

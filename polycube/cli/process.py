@@ -1,15 +1,16 @@
 """A run of `infer.py` in a process of its own, and the results of earlier ones."""
 
 import asyncio
-import signal
+import os
+import shlex
 import sys
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from polycube.cli.batch import part_name
-from polycube.desk.job import Job
+from polycube.config import literal
 from polycube.errors import InputError
 from polycube.io.access.reading import read_json
 
@@ -32,16 +33,19 @@ class Process:
         self._process, self.folder, self._command = process, folder, command
 
     @classmethod
-    async def begin(cls, folder: Path, job: Job) -> "Process":
-        """Start a run in the folder of the desk."""
+    async def begin(cls, folder: Path, part: str, settings: Sequence[str]) -> "Process":
+        """Start a run of a part in a folder, with results in a new folder in it."""
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
-        results = folder / RESULTS / part_name(job.part) / stamp
-        words = [*job.settings, f"output_dir={results.relative_to(folder)}"]
-        pipe, joined = asyncio.subprocess.PIPE, asyncio.subprocess.STDOUT
+        results = folder / RESULTS / part_name(part) / stamp
+        words = [*settings, f"output_dir={literal(str(results.relative_to(folder)))}"]
         process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-c", PROGRAM, *words), cwd=folder, stdout=pipe, stderr=joined
+            *(sys.executable, "-u", "-c", PROGRAM, *words),
+            cwd=folder,
+            env={**os.environ, "PYTHONSAFEPATH": "1"},  # no module of that folder is imported
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
         )
-        return cls(process, results, job.command)
+        return cls(process, results, shlex.join(["polycube-infer", *settings]))
 
     @property
     def is_running(self) -> bool:
@@ -64,20 +68,20 @@ class Process:
     def stop(self) -> None:
         """Ask it to end with the best mesh so far, like Ctrl-C."""
         if self.is_running:
-            self._process.send_signal(signal.SIGINT)
+            self._process.terminate()
 
 
 class Earlier(NamedTuple):
     """A run with a report."""
 
-    name: str  # part and time, the path of its results in those of the desk
+    name: str  # part and time, the path of its results in `RESULTS`
     verdict: str
     hexes: int
     scaled_jacobian: float
 
 
 def earlier(folder: Path) -> list[Earlier]:
-    """The runs with a report in the folder of a desk, the last one first."""
+    """The runs with a report in a folder, the last one first."""
     found = []
     for page in (folder / RESULTS).glob("*/*/report.html"):
         try:
