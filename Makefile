@@ -70,7 +70,7 @@ UV := .venv/uv/bin
 lock:
 	$(PYTHON) -m venv .venv/uv
 	$(UV)/python -m pip install uv
-	$(UV)/uv pip compile pyproject.toml --extra dev --extra cad --extra cluster --extra desk --no-emit-package torch \
+	$(UV)/uv pip compile pyproject.toml --extra dev --extra cad --extra cluster --extra desk --extra mcp --no-emit-package torch \
 		--universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock' $(ARGS) \
 		--output-file requirements.lock --quiet
 
@@ -83,5 +83,5 @@ $(READY): requirements.lock pyproject.toml
 	@if $(RUN) -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then \
 		$(PIP) --require-hashes --no-deps -r requirements.lock; fi
 	$(PIP) $(TORCH)
-	$(PIP) -e '.[dev,cad,cluster,desk]'
+	$(PIP) -e '.[dev,cad,cluster,desk,mcp]'
 	@touch $@

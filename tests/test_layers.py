@@ -36,7 +36,7 @@ LAYERS = (  # from the ground up; a module may import its own layer and those be
     {"report"},
     {"result"},
     {"api"},
-    {"cli", "desk", "evaluate", "view"},
+    {"cli", "desk", "evaluate", "mcp", "view"},
 )
 MOST_FILES = 17  # in a folder
 HEAVY = {"igl", "open3d", "pyvista", "vtk", "vtkmodules", "matplotlib", "trimesh"}

@@ -20,7 +20,7 @@ PINNED = [
     for row in LOCK.splitlines()
     if re.match(r"[a-z]", row)
 ]
-EXTRAS = ("dev", "cad", "cluster", "desk")
+EXTRAS = ("dev", "cad", "cluster", "desk", "mcp")
 APART = "torch"  # installed in the build that suits the machine
 
 
