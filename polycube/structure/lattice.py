@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.structure.neighbourhoods import euler_number, solid_genus
-from polycube.surface.measures import connected, half_edges
+from polycube.surface.measures import connected, edges
 from polycube.types import Polycube, freeze
 
 NAMED = 8  # largest number of cells whose primitives are listed one by one
@@ -127,46 +127,10 @@ def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
     Two quads that share an edge and have the same orientation are in the same plane.
     """
-    _, quad, start = _sorted_edges(quads)
-    i, j = np.triu_indices(4, 1)  # at most four quads meet at a lattice edge
-    rank = np.minimum(start[:, None] + np.arange(4), len(quad) - 1)
-    inside = start[:, None] + np.arange(4) < np.append(start[1:], len(quad))[:, None]
-    a, b = quad[rank[:, i]].ravel(), quad[rank[:, j]].ravel()
-    same = (inside[:, i] & inside[:, j]).ravel() & (axis[a] == axis[b])
-    return connected(a[same], b[same], len(quads))
-
-
-def _sorted_edges(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges of quads, sorted: (4Q, 2) vertices, (4Q,) quad, (E,) first index of equal edges."""
-    edges = np.sort(half_edges(quads), axis=1)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges = edges[order]
-    start = np.flatnonzero(np.append(True, (edges[1:] != edges[:-1]).any(axis=1)))
-    return edges, order // 4, start
-
-
-def edges(surface: Boundary) -> tuple[np.ndarray, np.ndarray]:
-    """Straight edges between two patches of a manifold boundary.
-
-    Returns
-    -------
-    ends : (E, 2) indices of vertices
-    patches : (E, 2) the adjacent patches, the smaller number first
-    """
-    pairs, quad, start = _sorted_edges(surface.quads)
-    pairs = pairs[start]
-    patches = np.sort(surface.patch[np.stack([quad[start], quad[start + 1]])].T)
-    between = patches[:, 0] != patches[:, 1]
-    pairs, patches = pairs[between], patches[between]
-    ends, owners = [], []
-    for owner in np.unique(patches, axis=0):
-        pieces = pairs[(patches == owner).all(axis=1)]
-        chain = connected(pieces[:, 0], pieces[:, 1], len(surface.vertices))
-        for label in np.unique(chain[pieces[:, 0]]):
-            vertex, count = np.unique(pieces[chain[pieces[:, 0]] == label], return_counts=True)
-            ends.append(vertex[count == 1])
-            owners.append(owner)
-    return np.array(ends).reshape(-1, 2), np.array(owners).reshape(-1, 2)
+    key = 6 * edges(quads)[2] + np.repeat(axis, 4)
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    return connected(order[:-1][same] // 4, order[1:][same] // 4, len(quads))
 
 
 def corners(surface: Boundary) -> np.ndarray:

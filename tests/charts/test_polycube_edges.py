@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from polycube.charts.segmentation import network
-from polycube.structure.lattice import boundary, collapse, corners, edges, lattice
-from tests.fixtures.polycubes import PRIMITIVES, TWO
+from polycube.structure.lattice import boundary, collapse, corners, lattice
+from tests.fixtures.polycubes import PRIMITIVES, TWO, edges
 
 CONTEXTS = [("cube", None), ("hole_x", "cube"), ("hole_z", "hole_x"), ("hole_y", "hole_y")]
 

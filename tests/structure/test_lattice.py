@@ -10,13 +10,12 @@ from polycube.structure.lattice import (
     collapse,
     corners,
     describe,
-    edges,
     genus,
     is_manifold,
     lattice,
 )
 from polycube.types import Polycube
-from tests.fixtures.polycubes import ONE, PRIMITIVES, TWO
+from tests.fixtures.polycubes import ONE, PRIMITIVES, TWO, edges
 
 CONTEXTS = [(ONE, (name,)) for name in PRIMITIVES] + [
     (TWO, pair) for pair in itertools.product(PRIMITIVES, repeat=2)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from polycube.structure.lattice import _sorted_edges, boundary, genus
+from polycube.structure.lattice import boundary, genus
 from polycube.structure.neighbourhoods import codes, defect, solid_genus
-from polycube.surface.measures import connected
+from polycube.surface.measures import components, edges, fans
 from polycube.types import Polycube
 from tests.conftest import first_quick
 
@@ -20,15 +20,9 @@ def is_manifold(solid: Polycube) -> bool:
     if not solid.occupancy.any():
         return False
     quads = boundary(solid).quads
-    pairs, quad, start = _sorted_edges(quads)
-    if (np.diff(np.append(start, len(quad))) != 2).any():
+    if (edges(quads)[1] != 2).any():
         return False
-    owners = quad[start], quad[start + 1]
-    ends = pairs[start][:, :, None]  # (E, 2, 1)
-    corner = [4 * o[:, None] + (quads[o][:, None] == ends).argmax(axis=2) for o in owners]
-    fans = connected(corner[0].ravel(), corner[1].ravel(), quads.size)
-    pieces = connected(*owners, len(quads))
-    return pieces.max() == 0 and fans.max() + 1 == len(np.unique(quads))
+    return components(quads).max() == 0 and fans(quads).max() + 1 == len(np.unique(quads))
 
 
 def genus_by_counting(solid: Polycube) -> int:

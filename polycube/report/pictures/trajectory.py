@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from polycube.hexmesh.connectivity import quad_edges
 from polycube.report.pictures.colours import EDGE, PLACES, ramp
 from polycube.report.pictures.render import view
-from polycube.structure.lattice import boundary, edges
+from polycube.structure.lattice import boundary
 from polycube.structure.projection import project
 from polycube.types import Polycube
 
@@ -100,10 +101,10 @@ class Camera:
 def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
     """Straight edges of the polycube: (E, 2, 3) ends, and (E,) whether they are visible."""
     surface = boundary(polycube)
-    ends, patches = edges(surface)
-    axis = np.zeros(surface.patch.max() + 1, int)
-    axis[surface.patch] = surface.axis
-    return surface.vertices[ends], _towards(axis)[patches].any(axis=1)
+    ends, quads = quad_edges(surface.quads, is_closed=False)
+    is_border = np.diff(surface.patch[quads], axis=1)[:, 0] != 0
+    ends, quads = ends[is_border], quads[is_border]
+    return surface.vertices[ends], _towards(surface.axis)[quads].any(axis=1)
 
 
 def _towards(axis: np.ndarray) -> np.ndarray:

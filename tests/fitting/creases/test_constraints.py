@@ -18,12 +18,12 @@ from polycube.fitting.creases.constraints import (
 )
 from polycube.fitting.creases.paths import Route
 from polycube.fitting.problem import FitProblem
-from polycube.structure.lattice import boundary, edges
+from polycube.structure.lattice import boundary
 from polycube.surface import arc_length
 from polycube.surface.curves.features import Crease
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
-from tests.fixtures.polycubes import cut, ring
+from tests.fixtures.polycubes import cut, edges, ring
 
 
 def cube_body(surface: trimesh.Trimesh, turn: float = 0.0) -> tuple[FitProblem, np.ndarray]:
