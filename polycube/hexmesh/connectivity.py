@@ -146,7 +146,7 @@ def edges(hexes: np.ndarray) -> np.ndarray:
 
 
 def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (E, 2) of a quad surface with ascending ends, and the two quads at each (E, 2).
+    """Edges (E, 2) of quads (Q, 4) or triangles, with ascending ends, and the two at each (E, 2).
 
     is_closed : True: raise ValueError unless every edge has exactly two quads. False: an edge of
         the border has its quad twice; an edge with more than two quads has the first and the last
@@ -159,7 +159,7 @@ def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, n
             f"quads, first at vertices {worst[0]}-{worst[1]}"
         )
     last = np.cumsum(count) - 1
-    order = np.argsort(inverse, kind="stable") // 4
+    order = np.argsort(inverse, kind="stable") // quads.shape[1]
     return found, np.stack([order[last - count + 1], order[last]], axis=1)
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.named_sets import face_set
-from polycube.surface.curves.acute import acute
+from polycube.surface.curves.acute import Acute, acute
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
 
@@ -36,11 +37,8 @@ def numbers(mesh: HexMesh, surface: TriMesh, goal: Goal | None = None) -> Json |
         },
         "lost": [
             {
-                "kind": each.kind,
+                **_named(surface, each),
                 "shape": each.shape,
-                "faces": [face_set(surface, face) for face in each.faces],
-                "names": [face_name(surface, face) for face in each.faces],
-                "at": list(each.place),
                 "distance": each.distance,
                 "limit": each.limit(goal),
                 "length": each.distance * size,
@@ -48,15 +46,17 @@ def numbers(mesh: HexMesh, surface: TriMesh, goal: Goal | None = None) -> Json |
             for each in lost
         ],
         "acute": [
-            {
-                "kind": each.kind,
-                "faces": [face_set(surface, face) for face in each.faces],
-                "names": [face_name(surface, face) for face in each.faces],
-                "at": list(each.place),
-                "degrees": np.degrees(each.angle),
-            }
-            for each in acute(surface)
+            {**_named(surface, each), "degrees": np.degrees(each.angle)} for each in acute(surface)
         ],
+    }
+
+
+def _named(surface: TriMesh, each: Feature | Acute) -> Json:
+    return {
+        "kind": each.kind,
+        "faces": [face_set(surface, face) for face in each.faces],
+        "names": [face_name(surface, face) for face in each.faces],
+        "at": list(each.place),
     }
 
 

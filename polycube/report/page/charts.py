@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from polycube.report.page.templates import element
-from polycube.report.pictures.colours import QUALITY_COLOURS, hex_colour, ramp
+from polycube.report.pictures.colours import QUALITY_COLOURS, ramp
 
 N_BINS = 20  # bars of the histogram: wide enough for touch screens
 
@@ -22,7 +22,7 @@ def histogram(quality: np.ndarray, bins: int = N_BINS) -> Markup:
     found = _bars(edges, counts)
     for i, bar in enumerate(found):
         bar |= {"low": f"{edges[i]:.4f}", "high": f"{edges[i + 1]:.4f}"}
-        bar["colour"] = hex_colour(colours[i])
+        bar["colour"] = f"#{colours[i].tobytes().hex()}"
     marks = []
     for name, value, turn in (("min", quality.min(), 0.25), ("mean", quality.mean(), 0.75)):
         share = (value - low) / (1 - low)  # the text is on the side with more space

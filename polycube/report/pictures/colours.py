@@ -43,8 +43,3 @@ def ramp(values: np.ndarray, colours: tuple[str, ...]) -> np.ndarray:
     stops = np.linspace(0, 1, len(colours))
     channels = [np.interp(values, stops, channel) for channel in rgb(colours).T]
     return np.stack(channels, -1).round().astype(np.uint8)
-
-
-def hex_colour(colour: np.ndarray) -> str:
-    """A colour (3,) as #rrggbb."""
-    return "#" + "".join(f"{int(channel):02x}" for channel in colour)

@@ -1,19 +1,25 @@
 """Picture of supports and loads: cones at held faces, arrows at loaded ones."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polycube.analysis.boundary_sets import quads_of
 from polycube.analysis.problem import Conduction, Prescribed, Problem, Statics
-from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import Faces, measure
 from polycube.report.pictures.colours import HELD, LOADED, SURFACE, rgb
 from polycube.report.pictures.render import Layer, Scene, from_both_sides
-from polycube.surface.measures import unit
+from polycube.report.pictures.scenes import sharp_edges
+from polycube.surface.measures import frame, unit
 from polycube.types import HexMesh
 from polycube.units import METRES
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 CONE, ARROW = 0.035, 0.11  # lengths of the symbols, as shares of the diagonal
 SLENDER = 0.3  # radius of a cone, as a share of its length
@@ -23,7 +29,6 @@ SIDES = 12  # of a cone
 MOST = 10  # symbols at a place
 SPACING = 0.045  # least distance of the symbols at a place, as a share of the diagonal
 WEAK = 0.05  # share of the largest traction of a load below which there is no arrow
-SHARP = np.cos(np.radians(30))  # between the normals of quads at a drawn line
 
 
 def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
@@ -51,7 +56,9 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
     if isinstance(problem, Statics) and any(problem.acceleration):
         arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
-    part = Layer(mesh.vertices, mesh.quads, colours, _creases(mesh, faces), ambient=0.5)
+    part = Layer(
+        mesh.vertices, mesh.quads, colours, sharp_edges(mesh.quads, unit(faces.normal)), ambient=0.5
+    )
     symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
     return from_both_sides([part, *symbols])
 
@@ -84,10 +91,7 @@ def spread(faces: Faces, own: np.ndarray, spacing: float, most: int = MOST) -> n
     return own[chosen]
 
 
-Symbol = tuple[np.ndarray, np.ndarray]  # points (N, 3), triangles (T, 3)
-
-
-def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> list[Symbol]:
+def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> list[Trimesh]:
     """Cones that touch the faces: along the normal, or along each axis of a partial support."""
     prescribed = zip(support.components, support.values, strict=True)
     held = [axis for axis, value in prescribed if not value]
@@ -101,13 +105,13 @@ def _held(support: Prescribed, faces: Faces, quads: np.ndarray, size: float) -> 
     return found
 
 
-def _pushed(place: np.ndarray, normal: np.ndarray, vector: np.ndarray, length: float) -> Symbol:
+def _pushed(place: np.ndarray, normal: np.ndarray, vector: np.ndarray, length: float) -> Trimesh:
     """An arrow outside the part that touches a face with its tip or, if it pulls, its end."""
     way = length * vector / float(np.linalg.norm(vector))
     return _arrow(place, place + way) if way @ normal > 0 else _arrow(place - way, place)
 
 
-def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Symbol:
+def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Trimesh:
     """An arrow in front of the part, for a load on all of it."""
     way = vector / np.linalg.norm(vector)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
@@ -116,42 +120,31 @@ def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Symbol:
     return _arrow(tip - 1.5 * ARROW * size * way, tip)
 
 
-def _arrow(start: np.ndarray, end: np.ndarray) -> Symbol:
+def _arrow(start: np.ndarray, end: np.ndarray) -> Trimesh:
+    from trimesh.creation import cylinder
+    from trimesh.util import concatenate
+
     length = float(np.linalg.norm(end - start))
     neck = end - HEAD * (end - start)
-    head = _cone(neck, end, SLENDER * HEAD * length)
-    return _joined([_cone(start, neck, SHAFT * length / 2, SHAFT * length / 2), head])
+    shaft = cylinder(SHAFT * length / 2, sections=SIDES, segment=[start, neck])
+    return concatenate([shaft, _cone(neck, end, SLENDER * HEAD * length)])
 
 
-def _cone(start: np.ndarray, end: np.ndarray, wide: float, narrow: float = 0.0) -> Symbol:
-    """A cone with the radius `wide` at the start and `narrow` at the end, closed at the start."""
-    along = (end - start) / np.linalg.norm(end - start)
-    across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
-    across /= np.linalg.norm(across)
-    angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    ring = np.outer(np.cos(angle), across) + np.outer(np.sin(angle), np.cross(along, across))
-    points = np.concatenate([start + wide * ring, end + narrow * ring, [start]])
-    i = np.arange(SIDES)
-    j = (i + 1) % SIDES
-    side = [np.stack([i, j, j + SIDES], 1), np.stack([i, j + SIDES, i + SIDES], 1)]
-    return points, np.concatenate([*side, np.stack([j, i, 0 * i + 2 * SIDES], 1)])
+def _cone(start: np.ndarray, end: np.ndarray, radius: float) -> Trimesh:
+    """A cone with its base at the start and its tip at the end."""
+    from trimesh.creation import cone
+
+    length = float(np.linalg.norm(end - start))
+    axes = np.eye(4)
+    axes[:3, :3], axes[:3, 3] = frame((end - start) / length).T, start
+    return cone(radius, length, SIDES, transform=axes)
 
 
-def _joined(symbols: list[Symbol]) -> Symbol:
-    first = np.cumsum([0, *(len(points) for points, _ in symbols)])
-    triangles = [each + n for (_, each), n in zip(symbols, first, strict=False)]
-    return np.concatenate([points for points, _ in symbols]), np.concatenate(triangles)
+def _layer(symbols: list[Trimesh], colour: str) -> Scene:
+    from trimesh.util import concatenate
 
-
-def _layer(symbols: list[Symbol], colour: str) -> Scene:
     if not symbols:
         return []
-    points, triangles = _joined(symbols)
+    shown = concatenate(symbols)
+    points, triangles = np.asarray(shown.vertices), np.asarray(shown.faces)
     return [Layer(points, triangles, rgb((colour,) * len(triangles)), ambient=0.5)]
-
-
-def _creases(mesh: HexMesh, faces: Faces) -> np.ndarray:
-    """(L, 2) edges of the boundary between faces of different directions."""
-    edges, pair = quad_edges(mesh.quads)
-    normal = faces.normal / np.linalg.norm(faces.normal, axis=1).clip(1e-300)[:, None]
-    return edges[np.einsum("ij,ij->i", normal[pair[:, 0]], normal[pair[:, 1]]) < SHARP]

@@ -186,11 +186,9 @@ def _save(image: np.ndarray, path: Path) -> None:
     from PIL.Image import Quantize, fromarray
 
     few = fromarray(image).quantize(COLOURS, Quantize.FASTOCTREE)
-    seen = np.asarray(few.convert("RGBA"))[..., 3]
-    rows, columns = (np.flatnonzero(seen.any(axis)) for axis in (1, 0))
-    if not len(rows):
+    box = few.convert("RGBA").getbbox()
+    if box is None:
         raise RuntimeError(f"nothing was drawn for {path.name}")
-    box = (int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
     few.crop(box).save(path, "PNG", optimize=True)
 
 
@@ -198,10 +196,8 @@ def _save_film(frames: list[np.ndarray], path: Path, milliseconds: int) -> None:
     """Write an endless GIF with 64 colours of its first frame."""
     from PIL.Image import Dither, fromarray
 
-    used = np.any([(frame < 255).any(axis=2) for frame in frames], axis=0)
-    rows, columns = (np.flatnonzero(used.any(axis)) for axis in (1, 0))
-    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    images = [fromarray(np.ascontiguousarray(frame[box])).reduce(2) for frame in frames]
+    box = fromarray(255 - np.min(frames, axis=0)).getbbox()
+    images = [fromarray(frame).crop(box).reduce(2) for frame in frames]
     palette = images[0].quantize(64)
     first, *others = [each.quantize(palette=palette, dither=Dither.NONE) for each in images]
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0)

@@ -16,7 +16,7 @@ from polycube.report.pictures.colours import AXIS_COLOURS, CELLS, SURFACE, ramp,
 from polycube.report.pictures.fields import tessellate
 from polycube.report.pictures.render import EYE, Layer, Scene, view
 from polycube.structure.lattice import boundary
-from polycube.surface.measures import face_normals, half_edges, twins
+from polycube.surface.measures import face_normals
 from polycube.types import HexMesh, Labels, Polycube, Ranked, RoughMap, Spline, TriMesh
 
 SHARP = np.cos(np.radians(30))  # smallest angle between faces at a drawn line
@@ -27,16 +27,20 @@ APART = 1.1  # distance between the centres of two polycubes, in diagonals
 
 def input_surface(surface: TriMesh) -> Scene:
     """The input surface with its sharp edges."""
-    edges, pair = _edges(surface)
-    normals = face_normals(surface)
-    turn = np.einsum("ij,ij->i", normals[pair[:, 0]], normals[pair[:, 1]])
+    sharp = sharp_edges(surface.faces, face_normals(surface))
     colours = rgb((SURFACE,) * len(surface.faces))
-    return [Layer(surface.vertices, surface.faces, colours, edges[turn < SHARP], smooth=True)]
+    return [Layer(surface.vertices, surface.faces, colours, sharp, smooth=True)]
+
+
+def sharp_edges(polygons: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """(L, 2) edges between polygons (P, K) with unit normals (P, 3) of different directions."""
+    edges, pair = quad_edges(polygons, is_closed=False)
+    return edges[np.einsum("ij,ij->i", normals[pair[:, 0]], normals[pair[:, 1]]) < SHARP]
 
 
 def labelled(surface: TriMesh, labels: Labels) -> Scene:
     """The surface with a colour per polycube axis, and a line around every patch."""
-    edges, pair = _edges(surface)
+    edges, pair = quad_edges(surface.faces, is_closed=False)
     border = edges[labels.patch[pair[:, 0]] != labels.patch[pair[:, 1]]]
     return [Layer(surface.vertices, surface.faces, rgb(AXIS_COLOURS)[labels.axis], border)]
 
@@ -156,12 +160,6 @@ def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
     quads, owner = exposed(mesh.hexes[chosen])
     quality = scaled_jacobian(mesh.vertices, mesh.hexes[chosen])[owner]
     return Layer(mesh.vertices, quads, ramp(quality, palette.QUALITY_COLOURS), outlined=True)
-
-
-def _edges(surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges shared by two triangles: (E, 2) vertices, (E, 2) triangles."""
-    side, other = twins(surface.faces)
-    return half_edges(surface.faces)[side], np.stack([side, other], axis=1) // 3
 
 
 def distinct(ranked: Sequence[Ranked]) -> list[Ranked]:

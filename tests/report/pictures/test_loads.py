@@ -1,6 +1,7 @@
 """Arrows of loads: where a load acts, in its direction."""
 
 import numpy as np
+import trimesh
 
 from polycube.registry import build
 from polycube.report.pictures import loads
@@ -13,7 +14,7 @@ def arrows(monkeypatch, *given) -> np.ndarray:
 
     def pushed(place, normal, vector, length):
         found.append(vector / np.linalg.norm(vector))
-        return np.eye(3), np.array([[0, 1, 2]])
+        return trimesh.Trimesh(np.eye(3), [[0, 1, 2]])
 
     monkeypatch.setattr(loads, "_pushed", pushed)
     mesh, _ = meshed_box((4, 2, 2), (4.0, 1.0, 1.0))
