@@ -102,7 +102,7 @@ def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
     x, y = second.points[i], second.points[j]
     apart = np.linalg.norm(x - y, axis=1) - np.linalg.norm(u - v)
     fits = np.flatnonzero(np.abs(apart) <= 4 * SAME * size)
-    turns = [_frame(x[k], y[k]) @ _frame(u, v).T for k in fits]
+    turns = [Rotation.align_vectors([x[k], y[k]], [u, v])[0].as_matrix() for k in fits]
     for rotation in sorted(turns, key=np.trace, reverse=True):
         found = _fitted(first, second, rotation, places, own)
         if found is not None:
@@ -121,13 +121,6 @@ def _pair(points: np.ndarray, count: np.ndarray) -> tuple[int, int] | None:
         return None
     second = off[np.lexsort([-aside[off], count[off]])[0]]
     return int(first), int(second)
-
-
-def _frame(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed unit axes as columns: along u, across u and v, and the third."""
-    across = np.cross(u, v)
-    axes = np.stack([u, across, np.cross(u, across)], axis=1)
-    return axes / np.linalg.norm(axes, axis=0)
 
 
 def _fitted(
