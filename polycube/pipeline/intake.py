@@ -1,5 +1,6 @@
 """Read the surface of a run, and repair it on request."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +30,8 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
         read.surface,
         path=path,
         warnings=warnings,
-        repair=None if read.repair is None else read.repair.numbers(),
-        points=None if read.points is None else read.points.numbers(),
+        repair=None if read.repair is None else asdict(read.repair),
+        points=None if read.points is None else asdict(read.points),
     )
 
 

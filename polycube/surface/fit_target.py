@@ -93,8 +93,7 @@ def target(surface: TriMesh) -> Target:
     normals = steady_normals(small, normals, graph.noise, STEADY)
     by_vertex = np.zeros_like(small.vertices)
     weighted = normals * measures.face_areas(small)[:, None]
-    for k in range(3):
-        np.add.at(by_vertex, small.faces[:, k], weighted)
+    np.add.at(by_vertex, small.faces, weighted[:, None])
     region = small.region if len(small.region) else None
     tree = closest.tree(small.vertices[small.faces], normals, region)
     return Target(

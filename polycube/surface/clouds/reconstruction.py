@@ -8,7 +8,7 @@ filled with points on a triangulation of least area, and the surface is reconstr
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -31,7 +31,7 @@ SAMPLES = 20_000  # number of points on the surface for the distance from the cl
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Numbers of a reconstruction; lengths are in the units of the file."""
+    """Numbers of a reconstruction, as in `report.json`; lengths are in the units of the file."""
 
     given: int  # number of points in the file
     dropped: int  # number of points that are not finite or duplicates
@@ -47,10 +47,6 @@ class Reconstruction:
     deviation_max: float
     deviation_max_percent: float  # of the diagonal
     farthest: float  # largest distance of the surface from the points
-
-    def numbers(self) -> dict[str, object]:
-        """Numbers for `report.json`."""
-        return asdict(self)
 
     def sentence(self) -> str:
         """Summary in one sentence."""

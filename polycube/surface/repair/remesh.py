@@ -80,8 +80,7 @@ def _links(faces: np.ndarray, size: int) -> coo_array:
 def _normals(surface: TriMesh) -> np.ndarray:
     """(V, 3) unit vectors, the mean normal of the faces around each vertex."""
     normals = np.zeros_like(surface.vertices)
-    for corner in surface.faces.T:
-        np.add.at(normals, corner, face_normals(surface))
+    np.add.at(normals, surface.faces, face_normals(surface)[:, None])
     return unit(normals)
 
 

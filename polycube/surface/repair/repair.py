@@ -6,7 +6,7 @@ rebuilds the surface (`remesh.py`).
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -33,7 +33,7 @@ SAMPLES = 50_000  # largest number of points that measure the deviation, in each
 
 @dataclass(frozen=True)
 class Repair:
-    """Changes made by a repair; lengths and volumes in model units."""
+    """Changes made by a repair, as in `report.json`; lengths and volumes in model units."""
 
     level: str
     changes: tuple[str, ...]
@@ -44,10 +44,6 @@ class Repair:
     lost: float = 0.0  # the reverse, for faces between inside and outside
     volume_before: float = 0.0  # with open holes
     volume_after: float = 0.0
-
-    def numbers(self) -> dict[str, object]:
-        """The repair as written to `report.json`."""
-        return {**asdict(self), "changes": list(self.changes)}
 
     def sentence(self) -> str:
         """One sentence about the changes."""

@@ -54,9 +54,9 @@ def find_defects(surface: TriMesh) -> list[Defect]:
 def spans_of(surface: TriMesh, piece: np.ndarray) -> np.ndarray:
     """(P,) diagonal of the bounding box of each component; `piece` (F,) is that of each face."""
     low, high = np.full((piece.max() + 1, 3), np.inf), np.full((piece.max() + 1, 3), -np.inf)
-    for corner in surface.faces.T:
-        np.minimum.at(low, piece, surface.vertices[corner])
-        np.maximum.at(high, piece, surface.vertices[corner])
+    corners = surface.vertices[surface.faces]
+    np.minimum.at(low, piece, corners.min(axis=1))
+    np.maximum.at(high, piece, corners.max(axis=1))
     return np.linalg.norm(high - low, axis=1)
 
 
