@@ -10,6 +10,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval2d, polyvander2d
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
 from polycube.analysis.loads import NOTHING, at_points
@@ -24,10 +25,8 @@ STRESSES = {"mm": "MPa", "m": "Pa"}  # name of N/L^2
 # corners, edges and centre of a face, each the mean of some corners, in [-1, 1]^2
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 PLACES = np.vstack([CORNERS, (CORNERS + np.roll(CORNERS, -1, axis=0)) / 2, [[0, 0]]])
-ALL = [(i, j) for i in range(3) for j in range(3)]
-# exponents of x and y, by number of nodes
-POWERS = {4: [(0, 0), (1, 0), (0, 1), (1, 1)], 8: ALL[:-1], 9: ALL}
-DERIVATIVES = ((0, 0), (1, 0), (0, 1))
+# terms x^i y^j of the nodal functions, numbered 3 i + j, by number of nodes
+TERMS = {4: [0, 1, 3, 4], 8: [*range(8)], 9: [*range(9)]}
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -45,21 +44,16 @@ def at_gauss_points(faces: np.ndarray) -> AtGaussPoints:
     n = faces.shape[1]
     grid = np.array(list(product(POINTS, repeat=2)))
     weights = np.prod(list(product(WEIGHTS, repeat=2)), axis=1)
-    through = np.linalg.inv(_monomials(PLACES[:n], POWERS[n], 0, 0))
-    values, along, across = (_monomials(grid, POWERS[n], *d) @ through for d in DERIVATIVES)
+    terms = polyvander2d(*PLACES[:n].T, [2, 2])[:, TERMS[n]]
+    functions = np.zeros((9, n))
+    functions[TERMS[n]] = np.linalg.inv(terms)
+    functions = functions.reshape(3, 3, n)
+    each = functions, polyder(functions), polyder(functions, axis=1)
+    values, along, across = (polyval2d(*grid.T, own).T for own in each)
     normals = np.cross(along @ faces, across @ faces)
     lengths = np.linalg.norm(normals, axis=2)
     units = normals / np.maximum(lengths, np.finfo(float).tiny)[..., None]
     return AtGaussPoints(values, values @ faces, units, lengths * weights)
-
-
-def _monomials(at: np.ndarray, powers: list[tuple[int, int]], dx: int, dy: int) -> np.ndarray:
-    """(P, n) x^i y^j at points (P, 2), or the derivative by x or y."""
-    columns = []
-    for i, j in powers:
-        column = at[:, 0] ** max(i - dx, 0) * at[:, 1] ** max(j - dy, 0)
-        columns.append(column * (i if dx else 1) * (j if dy else 1))
-    return np.stack(columns, axis=1)
 
 
 class Support(NamedTuple):
