@@ -33,21 +33,12 @@ class Tree(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def build(
-    corners: np.ndarray, normals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """`order`, `first`, `last` and `right` of a `Tree`."""
-    n = len(corners)
-    centre = np.zeros((n, 6))
-    for i in range(n):
-        for d in range(3):
-            low = min(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
-            centre[i, d] = low + max(corners[i, 0, d], corners[i, 1, d], corners[i, 2, d])
-            centre[i, 3 + d] = 2 * normals[i, d]
-    extent = 0.0
-    for d in range(3):
-        extent = max(extent, centre[:, d].max() - centre[:, d].min())
-    centre[:, 3:] *= 0.1 * extent  # the split depends mainly on positions, less on normals
+def build(centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """`order`, `first`, `last` and `right` of a `Tree`.
+
+    centre : (T, 6) positions of the triangles, and their normals in the same unit
+    """
+    n = len(centre)
     order = np.arange(n)
     first, last, right = (
         np.zeros(2 * n, np.int64),

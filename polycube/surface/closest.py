@@ -30,12 +30,12 @@ def tree(
     normals = np.zeros((len(corners), 3)) if normals is None else normals
     normals = np.ascontiguousarray(normals, np.float64)
     group = np.array(np.zeros(len(corners)) if group is None else group, np.int64)
-    splits = [build(corners, normals)]
+    splits = [build(_centres(corners, normals))]
     root, some = np.zeros((2, group.max(initial=0) + 1), np.int64)
     nodes, places = len(splits[0][1]), len(corners)
     for number in np.unique(group[group > 0]).tolist():
         own = np.flatnonzero(group == number)
-        order, first, last, right = build(corners[own], normals[own])
+        order, first, last, right = build(_centres(corners[own], normals[own]))
         root[number], some[number] = nodes, own[0]
         right = np.where(right > 0, right + nodes, 0)
         splits.append((own[order], first + places, last + places, right))
@@ -43,6 +43,13 @@ def tree(
     order, first, last, right = (np.concatenate(each) for each in zip(*splits, strict=True))
     box = boxes(corners, normals, order, first, last, right)
     return Tree(corners, normals, order, first, last, right, box, group, root, some)
+
+
+def _centres(corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """(T, 6) twice the centres and normals; normals count less for the division of triangles."""
+    middle = corners.min(axis=1) + corners.max(axis=1)
+    extent = np.ptp(middle, axis=0).max(initial=0)
+    return np.hstack([middle, 0.1 * extent * (2 * normals)])
 
 
 def moved(tree: Tree, corners: np.ndarray, normals: np.ndarray) -> Tree:

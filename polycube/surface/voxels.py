@@ -62,12 +62,13 @@ def inside(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -
         at + off * (np.append(np.diff(at), at[-1] - at[-2]) if len(at) > 1 else 1.0)
         for at, off in zip((x, y), OFF, strict=True)
     )
-    return _parity(np.ascontiguousarray(triangles), x, y, z)
+    crossed = _crossed(np.ascontiguousarray(triangles), x, y, z)
+    return np.logical_xor.accumulate(crossed, axis=2)[:, :, :-1]
 
 
 @njit(cache=True)
-def _parity(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Parity of the number of intersections below each z, for each line (x, y)."""
+def _crossed(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """(X, Y, Z + 1) parity of the intersections of each line (x, y) that first lie below each z."""
     crossed = np.zeros((len(x), len(y), len(z) + 1), np.bool_)
     for t in range(len(triangles)):
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = triangles[t]
@@ -86,14 +87,7 @@ def _parity(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) 
                 if u >= 0 and v >= 0 and u + v <= 1:
                     k = np.searchsorted(z, az + u * (bz - az) + v * (cz - az))
                     crossed[i, j, k] ^= True
-    solid = np.zeros((len(x), len(y), len(z)), np.bool_)
-    for i in range(len(x)):
-        for j in range(len(y)):
-            is_inside = False
-            for k in range(len(z)):
-                is_inside ^= crossed[i, j, k]
-                solid[i, j, k] = is_inside
-    return solid
+    return crossed
 
 
 def winding_numbers(surface: TriMesh, points: np.ndarray) -> np.ndarray:
