@@ -97,25 +97,23 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
     return {name: found[name].reshape(number).astype(np.float64) for name in single}
 
 
-def _text(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
+def _text(body: bytes, record: np.dtype, number: int) -> np.ndarray:
     """Values of fields in text."""
-    width = sum(record[name].shape[0] for name in record.names or ())
-    rows = np.zeros((0, width))
+    kinds = np.dtype([(name, "f8", record[name].shape) for name in record.names or ()])
+    rows = np.zeros(0, kinds)
     if body.strip():
-        rows = np.loadtxt(body.decode("latin-1").splitlines(), ndmin=2).reshape(-1, width)
+        rows = np.loadtxt(body.decode("latin-1").splitlines(), kinds, ndmin=1)
     if len(rows) != number:
         raise ValueError(f"it holds {len(rows)} of {number} points")
-    ends = np.cumsum([record[name].shape[0] for name in record.names or ()])
-    return dict(zip(record.names or (), np.split(rows, ends[:-1], axis=1), strict=True))
+    return rows
 
 
-def _records(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
+def _records(body: bytes, record: np.dtype, number: int) -> np.ndarray:
     """Values of fields in binary records, one for each point."""
     available = len(body) // record.itemsize
     if available < number:
         raise ValueError(f"it ends after {available} of {number} points")
-    rows = np.frombuffer(body, record, number)
-    return {name: rows[name] for name in record.names or ()}
+    return np.frombuffer(body, record, number)
 
 
 def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.ndarray]:
