@@ -139,18 +139,14 @@ def _measured(
 
 def _farthest(one: TriMesh, other: TriMesh, skin: float | None = None) -> float:
     """Largest distance of `one` from `other`; with `skin`, only for faces with one solid side."""
-    corners = one.vertices[one.faces]
-    points = np.concatenate([one.vertices[np.unique(one.faces)], corners.mean(axis=1)])
-    normals = np.concatenate(
-        [np.zeros((len(points) - len(corners), 3)), topology.face_normals(one)]
-    )
+    middles = one.vertices[one.faces].mean(axis=1)
+    points = np.concatenate([one.vertices[np.unique(one.faces)], middles])
     if skin is not None:
-        points, normals = points[-len(corners) :], normals[-len(corners) :]
-    every = len(points) // SAMPLES + 1
-    points, normals = points[::every], normals[::every]
-    if skin is not None:
-        sides = [winding_numbers(one, points + s * skin * normals) > 0.5 for s in (1, -1)]
-        points = points[sides[0] != sides[1]]
+        every = len(middles) // SAMPLES + 1
+        points, normals = middles[::every], skin * topology.face_normals(one)[::every]
+        above, below = (winding_numbers(one, points + s * normals) > 0.5 for s in (1, -1))
+        points = points[above != below]
+    points = points[:: len(points) // SAMPLES + 1]
     if not len(points):
         return 0.0
     return float(distance(tree(other.vertices[other.faces]), points).max())
