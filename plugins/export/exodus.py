@@ -46,8 +46,6 @@ class Exodus(WithNodes):
         path = path.with_suffix(self.suffix)
         with atomic_write(path) as temporary, netcdf_file(str(temporary), "w", version=2) as file:
             _head(file, hexes.unit or "the units of the input")
-            file.createDimension("num_dim", 3)
-            file.createDimension("num_nodes", len(own.points))
             for axis, points in zip("xyz", own.points.T, strict=True):
                 _array(file, f"coord{axis}", points, "num_nodes")
             _names(file, "coor_names", list("xyz"), "num_dim")
@@ -70,12 +68,8 @@ def _head(file: netcdf_file, unit: str) -> None:
 def _elements(file: netcdf_file, mesh: HexMesh, hexes: np.ndarray) -> None:
     """A block per grid cell; `elem_num_map` has the numbers of the hexes in the mesh, from one."""
     own = blocks(mesh)
-    file.createDimension("num_elem", len(mesh.hexes))
-    file.createDimension("num_el_blk", len(own))
     _listed(file, "eb", list(own), "num_el_blk")
     for k, rows in enumerate(own.values(), start=1):
-        file.createDimension(f"num_el_in_blk{k}", len(rows))
-        file.createDimension(f"num_nod_per_el{k}", hexes.shape[1])
         sizes = (f"num_el_in_blk{k}", f"num_nod_per_el{k}")
         connect = _array(file, f"connect{k}", hexes[rows] + 1, *sizes)
         connect.elem_type = f"HEX{hexes.shape[1]}"
@@ -89,15 +83,11 @@ def _sets(file: netcdf_file, mesh: HexMesh, elements: HexElements) -> None:
 
     owner, side = quad_sides(mesh)
     nodes, sides = node_sets(mesh, elements.quads), side_sets(mesh)
-    file.createDimension("num_node_sets", len(nodes))
     _listed(file, "ns", list(nodes), "num_node_sets")
     for k, own in enumerate(nodes.values(), start=1):
-        file.createDimension(f"num_nod_ns{k}", len(own))
         _array(file, f"node_ns{k}", own + 1, f"num_nod_ns{k}")
-    file.createDimension("num_side_sets", len(sides))
     _listed(file, "ss", list(sides), "num_side_sets")
     for k, own in enumerate(sides.values(), start=1):
-        file.createDimension(f"num_side_ss{k}", len(own))
         _array(file, f"elem_ss{k}", place[owner[own]] + 1, f"num_side_ss{k}")
         _array(file, f"side_ss{k}", SIDES[side[own]], f"num_side_ss{k}")
 
@@ -111,11 +101,16 @@ def _listed(file: netcdf_file, kind: str, names: list[str], size: str) -> None:
 
 def _names(file: netcdf_file, variable: str, names: list[str], size: str) -> None:
     rows = [list(name.encode()[: NAME - 1].ljust(NAME, b"\0")) for name in names]
-    file.createVariable(variable, "c", (size, "len_name"))[:] = np.array(rows, np.uint8).view("c")
+    text = np.reshape(rows, (-1, NAME)).astype(np.uint8).view("c")
+    _array(file, variable, text, size, "len_name")
 
 
 def _array(file: netcdf_file, name: str, values: np.ndarray, *sizes: str) -> netcdf_variable:
-    kind = "d" if values.dtype.kind == "f" else "i"
+    """Write an array, and its dimensions unless they exist."""
+    for size, length in zip(sizes, values.shape, strict=True):
+        if size not in file.dimensions:
+            file.createDimension(size, length)
+    kind = {"f": "d", "S": "c"}.get(values.dtype.kind, "i")
     variable = file.createVariable(name, kind, sizes)
     variable[:] = values
     return variable
