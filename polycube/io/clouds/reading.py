@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 
 from polycube.errors import InputError, brief
 from polycube.io.polygons.ply import is_points, read_columns
@@ -121,7 +120,7 @@ def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.n
     packed, size = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
     is_complete = size == number * record.itemsize and 8 + packed <= len(body)
     is_complete &= size <= RATIO * packed
-    values = _unpacked(np.frombuffer(body[8 : 8 + packed], np.uint8), size * is_complete)
+    values = np.frombuffer(_unpacked(body[8 : 8 + packed], size * is_complete), np.uint8)
     if not is_complete or len(values) != size:
         raise ValueError(f"its {len(body)} bytes do not hold {number} points")
     ends = np.cumsum([number * record[name].itemsize for name in record.names or ()])
@@ -129,36 +128,26 @@ def _compressed(body: bytes, record: np.dtype, number: int) -> Mapping[str, np.n
     return {name: part.view(record[name].base) for name, part in split}
 
 
-@njit(cache=True)
-def _unpacked(data: np.ndarray, size: int) -> np.ndarray:
-    """Decompressed LZF stream, `size` bytes; fewer if it is damaged."""
-    out = np.zeros(size, np.uint8)
-    i = o = 0
+def _unpacked(data: bytes, size: int) -> bytearray:
+    """Decompressed LZF stream of `size` bytes; fewer or more if it is damaged."""
+    out, i = bytearray(), 0
+    padded = data + bytes(2)
     while i < len(data):
-        control = int(data[i])
-        i += 1
+        control, i = data[i], i + 1
         if control < 32:  # a literal run
-            length = control + 1
-            if i + length > len(data) or o + length > size:
-                break
-            out[o : o + length] = data[i : i + length]
-            i += length
-        else:  # a reference to earlier output
-            length = control >> 5
-            if length == 7 and i < len(data):
-                length += int(data[i])
-                i += 1
-            if i >= len(data):
-                break
-            source = o - ((control & 31) << 8) - int(data[i]) - 1
-            i += 1
-            length += 2
-            if source < 0 or o + length > size:
-                break
-            for k in range(length):  # source and target may overlap
-                out[o + k] = out[source + k]
-        o += length
-    return out[:o]
+            out += data[i : i + control + 1]
+            i += control + 1
+            continue
+        length = (control >> 5) + 2  # a reference to earlier output
+        if length == 9:
+            length, i = length + padded[i], i + 1
+        source = len(out) - ((control & 31) << 8) - padded[i] - 1
+        i += 1
+        if source < 0 or len(out) + length > size:
+            break
+        piece = out[source : source + length]  # source and target may overlap
+        out += (piece * (length // len(piece) + 1))[:length]
+    return out
 
 
 READERS: dict[str, Callable[[Path], Cloud]] = {
