@@ -1,6 +1,7 @@
 """Splines as Bezier cells of VTK, and the fields of solutions as values at points."""
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,25 +12,13 @@ from polycube.io.vtk import BEZIER_HEXAHEDRON, HEXAHEDRON, LAGRANGE_HEXAHEDRON, 
 from polycube.types import Deformation, Modes, Solution, Spline
 
 
-def _vtk_order() -> np.ndarray:
+@cache
+def vtk_order() -> np.ndarray:
     """(64,) index i + 4 j + 16 k of each of VTK's points: corners, edges, faces, body."""
-    corner = [(0, 0), (3, 0), (3, 3), (0, 3)]
-    inner = (1, 2)
-    points = [(i, j, k) for k in (0, 3) for i, j in corner]
-    for k in (0, 3):
-        points += [(i, 0, k) for i in inner] + [(3, j, k) for j in inner]
-        points += [(i, 3, k) for i in inner] + [(0, j, k) for j in inner]
-    points += [(i, j, k) for i, j in corner for k in inner]
-    points += [(i, j, k) for i in (0, 3) for k in inner for j in inner]
-    points += [(i, j, k) for j in (0, 3) for k in inner for i in inner]
-    points += [(i, j, k) for k in (0, 3) for j in inner for i in inner]
-    points += [(i, j, k) for k in inner for j in inner for i in inner]
-    return np.array(points) @ [1, 4, 16]
+    from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
 
-
-VTK_ORDER = _vtk_order()
-OLD_ORDER = VTK_ORDER.copy()  # of Lagrange cells in files of version 1.0: two edges are exchanged
-OLD_ORDER[28:32] = VTK_ORDER[[30, 31, 28, 29]]
+    number = vtkHigherOrderHexahedron.PointIndexFromIJK
+    return np.argsort([number(i, j, k, [3, 3, 3, 64]) for k, j, i in np.ndindex(4, 4, 4)])
 
 
 def write_bezier_vtu(
@@ -39,7 +28,7 @@ def write_bezier_vtu(
 
     cell_data : data of the elements, (E,) or (E, n)
     """
-    points, cells = spline.extraction @ spline.control, spline.nodes[:, VTK_ORDER]
+    points, cells = spline.extraction @ spline.control, spline.nodes[:, vtk_order()]
     of_cells = {"hex": spline.element_hex, **(cell_data or {})}
     return write_cells(path, points, cells, BEZIER_HEXAHEDRON, {}, of_cells)
 
@@ -58,7 +47,9 @@ def write_field_vtu(
         hexahedra of eight nodes, the corners of the elements
     precision : "single" or "double", for the fields; points are double
     """
-    places = OLD_ORDER if is_curved else VTK_ORDER[:8]
+    places = vtk_order().copy() if is_curved else vtk_order()[:8]
+    if is_curved:  # of Lagrange cells in files of version 1.0: two edges are exchanged
+        places[28:32] = places[[30, 31, 28, 29]]
     _, first, cells = np.unique(spline.nodes[:, places], return_index=True, return_inverse=True)
     kind = {"single": np.float32, "double": np.float64}[precision]
 

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonDataModel import vtkHigherOrderHexahedron
 
 from polycube.analysis.recovery import EVEN, samples
 from polycube.io.bezier import (
-    VTK_ORDER,
+    vtk_order,
     write_bezier_vtu,
     write_field_vtu,
     write_modes_csv,
@@ -40,7 +40,7 @@ def test_order_is_vtk_s():
     for place in range(64):
         i, j, k = place % 4, place // 4 % 4, place // 16
         number = vtkHigherOrderHexahedron.PointIndexFromIJK(i, j, k, [3, 3, 3, 64])
-        assert VTK_ORDER[number] == place
+        assert vtk_order()[number] == place
 
 
 @pytest.mark.parametrize("element", [0, 7, 20])
