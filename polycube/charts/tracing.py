@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from polycube.charts.mapped_surface import Sheet, Sides, sides, split
-from polycube.surface.measures import connected, half_edges
+from polycube.surface.measures import connected, half_edges, twins
 
 Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) cost of the sides; inf: not permitted
 Sector = tuple[int, int] | None
@@ -76,10 +76,8 @@ class Drawing:
     def regions(self, faces: np.ndarray | None = None) -> np.ndarray:
         """(F,) region between the paths for each face (of a mask)."""
         selected = np.arange(len(self.sheet.faces)) if faces is None else np.flatnonzero(faces)
-        edge = self.sides.of_face[selected].ravel()
-        order = np.argsort(edge, kind="stable")
-        first, second = order[:-1], order[1:]
-        open_ = (edge[first] == edge[second]) & ~self.drawn()[edge[first]]
+        first, second = twins(self.sheet.faces[selected])
+        open_ = ~self.drawn()[self.sides.of_face[selected].ravel()[first]]
         return connected(first[open_] // 3, second[open_] // 3, len(selected))
 
     def move(self, vertices: np.ndarray, places: np.ndarray) -> None:

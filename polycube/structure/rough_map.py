@@ -153,14 +153,10 @@ def _robust(
 def _keeps_orientation(positions: np.ndarray) -> bool:
     """Whether the three edges at every corner of every control cell are right-handed."""
     x, y, z = (n - 1 for n in positions.shape[:3])
-    corners = {
-        (a, b, c): positions[a : x + a, b : y + b, c : z + c] for a, b, c in np.ndindex(2, 2, 2)
-    }
+    along = [np.diff(positions, axis=axis) for axis in range(3)]
     signs = []
-    for corner, at in corners.items():
-        edges = []
-        for axis in range(3):
-            other = tuple(1 - c if a == axis else c for a, c in enumerate(corner))
-            edges.append((corners[other] - at) * (1 - 2 * corner[axis]))
-        signs.append(np.einsum("...i,...i", edges[0], np.cross(edges[1], edges[2])).min())
+    for a, b, c in np.ndindex(2, 2, 2):
+        first, second = along[0][:, b : y + b, c : z + c], along[1][a : x + a, :, c : z + c]
+        third = along[2][a : x + a, b : y + b]
+        signs.append(np.einsum("...i,...i", first, np.cross(second, third)).min())
     return min(signs) > 0

@@ -7,6 +7,8 @@ point of a loop is its first point.
 import numpy as np
 from numba import njit
 
+from polycube.numerics.vectors import dot, minus
+
 # weight of the deviation from the expected arc length, relative to a distance from the crease
 EXPECTED = 0.2
 BRANCH = 3.0  # length of a branch on either side, as a multiple of the distance from the crease
@@ -18,16 +20,10 @@ def _closest(
     points: np.ndarray, arc: np.ndarray, is_loop: bool, k: int, x: np.ndarray, expected: float
 ) -> tuple[float, float]:
     """Arc length and squared distance of the point of segment k that is closest to x."""
-    along, size = 0.0, 0.0
-    for d in range(3):
-        step = points[k + 1, d] - points[k, d]
-        along += (x[d] - points[k, d]) * step
-        size += step * step
-    along = min(max(along / size, 0.0), 1.0)
-    square = 0.0
-    for d in range(3):
-        gap = x[d] - points[k, d] - along * (points[k + 1, d] - points[k, d])
-        square += gap * gap
+    gap, step = minus(x, points[k]), minus(points[k + 1], points[k])
+    along = min(max(dot(gap, step) / dot(step, step), 0.0), 1.0)
+    gap = minus(gap, (along * step[0], along * step[1], along * step[2]))
+    square = dot(gap, gap)
     length = arc[-1]
     there = arc[k] + along * (arc[k + 1] - arc[k])
     if is_loop and not np.isnan(expected):
@@ -76,10 +72,8 @@ def expected(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) 
     """
     result = np.zeros(len(x))
     for i in range(1, len(x)):
-        square = 0.0
-        for d in range(3):
-            square += (x[i, d] - x[i - 1, d]) ** 2
-        result[i] = result[i - 1] + np.sqrt(square)
+        step = minus(x[i], x[i - 1])
+        result[i] = result[i - 1] + np.sqrt(dot(step, step))
     start = nearest(points, arc, is_loop, x[:1], np.full(1, np.nan))[0][0] if is_loop else 0.0
     return start + result * (arc[-1] / max(result[-1], 1e-30))
 

@@ -4,7 +4,7 @@ All lengths are at unit scale (bounding box centred, diagonal 1), so weights hav
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -64,7 +64,11 @@ class Target:
         if not len(self.surface.region):
             return points, self.normals[face]
         corners = self.surface.vertices[self.surface.faces[face]]
-        return curved.lifted(points, corners, _corner_normals(self)[face])
+        return curved.lifted(points, corners, self._corner_normals[face])
+
+    @cached_property
+    def _corner_normals(self) -> np.ndarray:
+        return curved.corner_normals(self.surface, self.normals)
 
     @property
     def volume(self) -> float:
@@ -93,17 +97,13 @@ def target(surface: TriMesh) -> Target:
     normals = steady_normals(small, normals, graph.noise, STEADY)
     by_vertex = np.zeros_like(small.vertices)
     weighted = normals * measures.face_areas(small)[:, None]
-    np.add.at(by_vertex, small.faces, weighted[:, None])
+    for k in range(3):
+        np.add.at(by_vertex, small.faces[:, k], weighted)
     region = small.region if len(small.region) else None
     tree = closest.tree(small.vertices[small.faces], normals, region)
     return Target(
         center, scale, small, normals, measures.unit(by_vertex), tree, graph, without_cusps(graph)
     )
-
-
-@lru_cache(maxsize=4)
-def _corner_normals(target: Target) -> np.ndarray:
-    return curved.corner_normals(target.surface, target.normals)
 
 
 @lru_cache(maxsize=16)
