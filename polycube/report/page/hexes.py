@@ -6,6 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from polycube.hexmesh.metrics import MEASURES
+from polycube.hexmesh.named_sets import kind_of
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.formatting import coordinates
@@ -53,11 +54,11 @@ def sets(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
     return templates.render(
         "sets.html",
         picture=pictures.get("sets"),
-        main=[row for name, row in rows.items() if name not in faces and not _is_patch(name)],
+        main=[row for name, row in rows.items() if name not in faces and kind_of(name) != "patch"],
         faces=[_face(name, rows, change[name]) for name in faces],
         differ=[name for name in faces if abs(change[name]) > DIFFERS],
         limit=f"{100 * DIFFERS:g}",
-        patches=[row for name, row in rows.items() if _is_patch(name)],
+        patches=[row for name, row in rows.items() if kind_of(name) == "patch"],
     )
 
 
@@ -76,10 +77,6 @@ def _ranges(numbers: np.ndarray) -> str:
     return ", ".join(
         f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs
     )
-
-
-def _is_patch(name: str) -> bool:
-    return name.startswith("patch_")
 
 
 def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates.Row:

@@ -104,27 +104,18 @@ def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
 
     apart : displacement of a cell, relative to its distance from the centre of the mesh
     """
-    middle = mesh.vertices[mesh.hexes].mean(axis=1)
-    layers: dict[str, Layer] = {}
-    for cell in np.unique(mesh.cell):
-        chosen = mesh.cell == cell
-        shift = apart * (middle[chosen].mean(axis=0) - middle.mean(axis=0))
-        used, local = np.unique(exposed(mesh.hexes[chosen])[0], return_inverse=True)
-        polygons, colour = local.reshape(-1, 4), cell_colour(cell)
-        colours = rgb((colour,) * len(polygons))
-        layer = Layer(mesh.vertices[used] + shift, polygons, colours, outlined=True)
-        layers[colour] = _joined(layers[colour], layer) if colour in layers else layer
-    return list(layers.values())
-
-
-def _joined(first: Layer, second: Layer) -> Layer:
-    """The first layer with the polygons of the second one added."""
-    return replace(
-        first,
-        points=np.concatenate([first.points, second.points]),
-        polygons=np.concatenate([first.polygons, second.polygons + len(first.points)]),
-        colours=np.concatenate([first.colours, second.colours]),
-    )
+    cells, of = np.unique(mesh.cell, return_inverse=True)
+    n, middle = len(mesh.vertices), mesh.vertices[mesh.hexes].mean(axis=1)
+    shift = [middle[of == k].mean(axis=0) - middle.mean(axis=0) for k in range(len(cells))]
+    quads, owner = exposed(mesh.hexes + n * of[:, None])  # a vertex for each cell that has it
+    number, scene = (cells % len(CELLS))[of[owner]], []
+    for k in np.unique(number):
+        used, local = np.unique(quads[number == k], return_inverse=True)
+        points = mesh.vertices[used % n] + apart * np.array(shift)[used // n]
+        polygons = local.reshape(-1, 4)
+        colours = rgb((CELLS[k],) * len(polygons))
+        scene.append(Layer(points, polygons, colours, outlined=True))
+    return scene
 
 
 def cell_colour(cell: int) -> str:

@@ -148,9 +148,12 @@ def _legends(mesh: HexMesh, data: Json, unit: str | None, filled: str) -> dict[s
     if len(cells) > 1 and filled == PRIMITIVE:
         named = [(str(cell), CELLS[cell % len(CELLS)]) for cell in cells]
         found["cell"] = _named("grid cell", named, N_NAMED)
-    coloured = [(name, colour) for colour, name in _named_colours(mesh).items()]
-    if coloured:
-        found["set"] = _named("named set", coloured, N_SETS)
+    first: dict[str, str] = {}  # set of each colour
+    for name, colour in features.set_colours(mesh).items():
+        first.setdefault(colour, name)
+    if first:
+        named = [(name, colour) for colour, name in first.items()]
+        found["set"] = _named("named set", named, N_SETS)
     if len(names) > 1:
         named = [(name, CELLS[i % len(CELLS)]) for i, name in enumerate(names)]
         found["primitive"] = _named(filled, named, len(named))
@@ -172,14 +175,6 @@ def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str]
     filled = [context[c] if c < len(context) else None for c in range(max(used) + 1)]
     names = sorted({filled[c] for c in used} - {None})
     return names, [names.index(name) if name in names else 0 for name in filled]
-
-
-def _named_colours(mesh: HexMesh) -> dict[str, str]:
-    """The first set of each colour."""
-    found: dict[str, str] = {}
-    for name, colour in features.set_colours(mesh).items():
-        found.setdefault(colour, name)
-    return found
 
 
 def beyond(hexes: np.ndarray) -> np.ndarray:
