@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from polycube.surface.measures import area_vectors
 from polycube.types import TriMesh
 
-SAME = np.cos(np.radians(10))  # frames whose axes agree better than this are the same frame
+SAME = np.cos(np.radians(10))  # frames are the same if their axes agree, in any order and sense
 
 
 @cache
@@ -68,7 +68,7 @@ def _frames(surface: TriMesh) -> list[np.ndarray]:
     best = min([*found, *starts], key=misfit)
     distinct: list[np.ndarray] = []
     for rotation in (best, found[0], main, box):
-        if not any(_same(rotation, other) for other in distinct):
+        if not any((np.abs(rotation @ each.T).max(axis=1) > SAME).all() for each in distinct):
             distinct.append(rotation)
     return distinct
 
@@ -107,8 +107,3 @@ def _descend(misfit: Callable[[np.ndarray], float], start: np.ndarray) -> np.nda
     options = {"initial_simplex": simplex, "maxiter": 120, "xatol": 1e-3, "fatol": 1e-5}
     search = {"method": "Nelder-Mead", "options": options}
     return turned(minimize(lambda vector: misfit(turned(vector)), simplex[0], **search).x)
-
-
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two frames have the same axes in any order and sense."""
-    return bool((np.abs(a @ b.T).max(axis=1) > SAME).all())

@@ -30,7 +30,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
         )
     pairs = meeting(surface.vertices, surface.faces, 1)
     parts = np.array_split(pairs, 1 + len(pairs) // BATCH)
-    return np.concatenate([part[_cross(corners[part])] for part in parts])
+    return np.concatenate([part[_pierces(corners[part])] for part in parts])
 
 
 def meeting(vertices: np.ndarray, faces: np.ndarray, shared: int) -> np.ndarray:
@@ -56,13 +56,9 @@ def _comparisons(corners: np.ndarray) -> float:
     return float(3 * len(corners) * np.mean(near))
 
 
-def _cross(corners: np.ndarray) -> np.ndarray:
+def _pierces(corners: np.ndarray) -> np.ndarray:
     """(N,) whether an edge of one triangle passes through the other in pairs (N, 2, 3, 3)."""
-    return _pierces(corners[:, 0], corners[:, 1]) | _pierces(corners[:, 1], corners[:, 0])
-
-
-def _pierces(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(N,) whether an edge of a triangle passes through the inside of another, both (N, 3, 3)."""
+    one, other = np.concatenate([corners, corners[:, ::-1]]).transpose(1, 0, 2, 3)
     along = np.roll(other, -1, axis=1) - other
     normal = np.cross(along[:, 0], -along[:, 2])
     level = np.einsum("nkd,nd->nk", one - other[:, :1], normal)
@@ -73,7 +69,7 @@ def _pierces(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     place = one + share[:, :, None] * (np.roll(one, -1, axis=1) - one)
     turned = np.cross(along[:, None], place[:, :, None] - other[:, None])
     inside = (np.einsum("nkcd,nd->nkc", turned, normal) >= 0).all(axis=2)
-    return (passes & inside).any(axis=1)
+    return (passes & inside).any(axis=1).reshape(2, -1).any(axis=0)
 
 
 def crossing_places(surface: TriMesh, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -51,7 +51,9 @@ def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndar
         rings = next((list(faces[name]) for name in CORNERS if name in faces.dtype.names), [])
         sizes = np.array([len(ring) for ring in rings], np.int64)
         corners = np.concatenate([np.zeros(0, np.int64), *rings])
-        return columns, _whole(corners), sizes
+        if not ((np.abs(corners) < LARGEST) & (corners == np.floor(corners))).all():
+            raise ValueError("the number of a corner is not a whole number")
+        return columns, corners.astype(np.int64), sizes
     except (PlyParseError, ValueError, LookupError, OverflowError, MemoryError) as error:
         raise InputError(f"not a readable PLY file: {brief(error)}") from None
 
@@ -61,9 +63,3 @@ def _parsed(path: Path) -> PlyData:
         return PlyData.read(str(path), known_list_len=TRIANGLES)
     except PlyParseError:
         return PlyData.read(str(path))
-
-
-def _whole(numbers: np.ndarray) -> np.ndarray:
-    if not ((np.abs(numbers) < LARGEST) & (numbers == np.floor(numbers))).all():
-        raise ValueError("the number of a corner is not a whole number")
-    return numbers.astype(np.int64)

@@ -54,11 +54,16 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
     chains = [part for chain in chains_of(sides) for part in _between_kinks(points, sides, chain)]
     ends = {v for chain in chains for v in _ends(sides, chain)}
     number = {v: i for i, v in enumerate(sorted(ends))}
-    creases = tuple(_crease(points, sides, inside, faces, chain, number) for chain in chains)
+    creases = []
+    for chain in chains:
+        path, edge = points[vertices_of(sides, chain)], np.array(chain) // 2
+        start, end = [number[v] for v in _ends(sides, chain)] or [-1, -1]
+        low, high = faces[edge[0]].tolist()
+        creases.append(Crease(path, lengths(path), inside[edge], (start, end), (low, high)))
     at = np.array(sorted(ends), np.int64)
     degree = np.bincount(sides.ravel(), minlength=len(points))
     n_faces = len(np.unique(surface.region))
-    return Features(creases, points[at].reshape(-1, 3), degree[at] != 1, noise, n_faces)
+    return Features(tuple(creases), points[at].reshape(-1, 3), degree[at] != 1, noise, n_faces)
 
 
 def _curve_edges(
@@ -210,19 +215,3 @@ def _turns(path: np.ndarray, arc: np.ndarray, is_loop: bool) -> np.ndarray:
     else:
         turn[(arc < window) | (arc > arc[-1] - window)] = 0
     return turn
-
-
-def _crease(
-    points: np.ndarray,
-    sides: np.ndarray,
-    inside: np.ndarray,
-    faces: np.ndarray,
-    chain: list[int],
-    number: dict[int, int],
-) -> Crease:
-    path = points[vertices_of(sides, chain)]
-    arc = lengths(path)
-    ends = [number[v] for v in _ends(sides, chain)] or [-1, -1]
-    edge = np.array(chain) // 2
-    adjacent = faces[edge[0]].tolist()
-    return Crease(path, arc, inside[edge], (ends[0], ends[1]), (adjacent[0], adjacent[1]))
