@@ -44,12 +44,11 @@ def at_gauss_points(faces: np.ndarray) -> AtGaussPoints:
     n = faces.shape[1]
     grid = np.array(list(product(POINTS, repeat=2)))
     weights = np.prod(list(product(WEIGHTS, repeat=2)), axis=1)
-    terms = polyvander2d(*PLACES[:n].T, [2, 2])[:, TERMS[n]]
-    functions = np.zeros((9, n))
-    functions[TERMS[n]] = np.linalg.inv(terms)
-    functions = functions.reshape(3, 3, n)
-    each = functions, polyder(functions), polyder(functions, axis=1)
-    values, along, across = (polyval2d(*grid.T, own).T for own in each)
+    factors, (x, y), (u, v) = np.zeros((9, n)), grid.T, PLACES[:n].T
+    factors[TERMS[n]] = np.linalg.inv(polyvander2d(u, v, [2, 2])[:, TERMS[n]])
+    function = factors.reshape(3, 3, n)
+    each = function, polyder(function), polyder(function, axis=1)
+    values, along, across = (polyval2d(x, y, own).T for own in each)
     normals = np.cross(along @ faces, across @ faces)
     lengths = np.linalg.norm(normals, axis=2)
     units = normals / np.maximum(lengths, np.finfo(float).tiny)[..., None]

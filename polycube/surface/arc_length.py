@@ -103,15 +103,12 @@ def spread(points: np.ndarray, arc: np.ndarray, is_loop: bool, x: np.ndarray) ->
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments(arc: np.ndarray, is_loop: bool, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Segments (M,) that contain arc lengths (M,), and these lengths reduced to the crease."""
-    number, inside = np.empty(len(at), np.int64), np.empty(len(at))
-    for i in range(len(at)):
-        if is_loop:
-            inside[i] = at[i] - arc[-1] * np.floor(at[i] / arc[-1])
-        else:
-            inside[i] = min(max(at[i], 0.0), arc[-1])
-        k = np.searchsorted(arc, inside[i], side="right") - 1
-        number[i] = min(max(k, 0), len(arc) - 2)
-    return number, inside
+    if is_loop:
+        inside = at - arc[-1] * np.floor(at / arc[-1])
+    else:
+        inside = np.minimum(np.maximum(at, 0.0), arc[-1])
+    number = np.searchsorted(arc, inside, side="right") - 1
+    return np.minimum(np.maximum(number, 0), len(arc) - 2), inside
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

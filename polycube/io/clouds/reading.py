@@ -88,6 +88,7 @@ def _columns(data: bytes) -> Mapping[str, np.ndarray]:
     kinds = [KINDS[kind] + size for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
     fields = zip(header["FIELDS"], kinds, counts, strict=True)
     record = np.dtype([(name, f"<{kind}", (count,)) for name, kind, count in fields])
+    readers: dict[bytes, Callable[..., Mapping[str, np.ndarray] | np.ndarray]]
     readers = {b"ascii": _text, b"binary": _records, b"binary_compressed": _compressed}
     if way.strip() not in readers:
         raise ValueError(f"unknown form of data {way[:20]!r}")

@@ -25,7 +25,7 @@ from polycube.state import RunState
 from polycube.structure import lattice
 from polycube.structure.projection import project
 from polycube.surface import measures
-from polycube.types import Candidate, HexMesh, Json, Polycube, Spline, TriMesh
+from polycube.types import HexMesh, Json, Polycube, Spline, TriMesh
 
 Numbers = dict[str, object]
 
@@ -170,7 +170,15 @@ def _polycube(state: RunState, polycube: Polycube, is_given: bool) -> Numbers:
         "auto": not is_given,
         "chosen": state.chosen,
         "candidates": [
-            {**_name(entry.candidate), "score": entry.score, **entry.numbers}
+            {
+                "proposal": entry.candidate.proposal,
+                "context": list(entry.candidate.polycube.context),
+                "key": entry.candidate.key,
+                "cost": entry.candidate.cost,
+                "probability": entry.candidate.probability,
+                "score": entry.score,
+                **entry.numbers,
+            }
             for entry in state.ranked
         ],
     }
@@ -181,16 +189,6 @@ def _polycube(state: RunState, polycube: Polycube, is_given: bool) -> Numbers:
         numbers["denoised_to_polycube_max"] = float(moved.max())
         numbers["denoised_lies_on"] = list((state.denoised_on or polycube).context)
     return numbers
-
-
-def _name(candidate: Candidate) -> Numbers:
-    return {
-        "proposal": candidate.proposal,
-        "context": list(candidate.polycube.context),
-        "key": candidate.key,
-        "cost": candidate.cost,
-        "probability": candidate.probability,
-    }
 
 
 def _spline(spline: Spline, surface: TriMesh) -> Numbers:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
+from operator import add
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -122,12 +123,11 @@ def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Trimesh:
 
 def _arrow(start: np.ndarray, end: np.ndarray) -> Trimesh:
     from trimesh.creation import cylinder
-    from trimesh.util import concatenate
 
     length = float(np.linalg.norm(end - start))
     neck = end - HEAD * (end - start)
     shaft = cylinder(SHAFT * length / 2, sections=SIDES, segment=[start, neck])
-    return concatenate([shaft, _cone(neck, end, SLENDER * HEAD * length)])
+    return shaft + _cone(neck, end, SLENDER * HEAD * length)
 
 
 def _cone(start: np.ndarray, end: np.ndarray, radius: float) -> Trimesh:
@@ -141,10 +141,8 @@ def _cone(start: np.ndarray, end: np.ndarray, radius: float) -> Trimesh:
 
 
 def _layer(symbols: list[Trimesh], colour: str) -> Scene:
-    from trimesh.util import concatenate
-
     if not symbols:
         return []
-    shown = concatenate(symbols)
+    shown = reduce(add, symbols)
     points, triangles = np.asarray(shown.vertices), np.asarray(shown.faces)
     return [Layer(points, triangles, rgb((colour,) * len(triangles)), ambient=0.5)]
