@@ -42,13 +42,9 @@ def turn(boxes: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     return np.flip(np.transpose(boxes, order), tuple(np.flatnonzero(rotation.sum(axis=1) < 0)))
 
 
-def frames(surface: TriMesh, limit: int = 3) -> list[np.ndarray]:
-    """Rotations (3, 3) whose rows are the axes of a frame, best first, without duplicates."""
-    return _frames(surface)[:limit]
-
-
 @lru_cache(maxsize=2)  # several plugins need those of the same surface
-def _frames(surface: TriMesh) -> list[np.ndarray]:
+def frames(surface: TriMesh) -> list[np.ndarray]:
+    """Rotations (3, 3) whose rows are the axes of a frame, best first, without duplicates."""
     import trimesh
 
     hull = surface.vertices[ConvexHull(surface.vertices).vertices]

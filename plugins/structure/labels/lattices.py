@@ -37,7 +37,7 @@ class View(NamedTuple):
 def views(surface: TriMesh, limit: int) -> Iterator[View]:
     """The part in its frames, the best first."""
     size, handles = diagonal(surface), genus(surface)
-    for number, frame in enumerate(frames(surface, limit)):
+    for number, frame in enumerate(frames(surface)[:limit]):
         turned = TriMesh(surface.vertices @ frame.T / size, surface.faces, surface.region)
         yield View(number, turned, frame * size, handles)
 

@@ -121,7 +121,7 @@ def guesses(
     """
     solid = _solids(denoiser, primitives, surface_genus(surface))
     turns = rotations()
-    placed = [turn @ frame for frame in frames(surface, n_frames) for turn in turns]
+    placed = [turn @ frame for frame in frames(surface)[:n_frames] for turn in turns]
     # most probable context of a rotation
     log_ps: dict[tuple[int, str], dict[int, float]] = defaultdict(dict)
     best: dict[tuple[int, str, str], tuple[float, int, Polycube]] = {}  # and of each solid

@@ -83,7 +83,7 @@ class Overlay(OnGrid, Structure):
         if brick is None:
             logger.info("overlay: no primitive is a full cell; nothing is proposed")
             return []
-        frame = frames(surface, 1)[0]
+        frame = frames(surface)[0]
         size = sizing.length(self.size, diagonal(surface))
         found = [
             _first(self._lattices(surface, frame, size, cell, brick))

@@ -22,7 +22,7 @@ def views(options: SliceOptions, surface: TriMesh) -> list[View]:
     """The part in each of its frames, the best frame first."""
     return [
         View(frame, np.eye(3), voxels(surface, frame, options.resolution))
-        for frame in frames(surface, options.frames)
+        for frame in frames(surface)[: options.frames]
     ]
 
 
