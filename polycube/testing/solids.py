@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.generation.template import counts, mesh
 from polycube.structure.lattice import collapse, lattice
 from polycube.structure.rough_map import affine_map
@@ -71,22 +72,17 @@ def _along(turn: np.ndarray, shift: np.ndarray, inner: float, height: float) -> 
 
     It is shifted by y (N,). Its sides have a face for each piece with equal steps of this shift.
     """
-    n = len(turn)
-    corners = ((inner, 0), (30, 0), (30, height), (inner, height))
-    moved = [(radius * turn + shift[:, None] * [0, 1], np.full(n, z)) for radius, z in corners]
-    vertices = np.concatenate([np.column_stack(each) for each in moved])
-    all_ = np.arange(4 * n).reshape(4, n)
-    here, after = all_[:, :-1], all_[:, 1:]
-    beyond, both = np.roll(here, -1, axis=0), np.roll(after, -1, axis=0)
-    sides = np.moveaxis(np.array([[here, after, both], [here, both, beyond]]), 1, -1)
-    piece = np.cumsum(np.append(0, np.diff(shift, 2) != 0))
-    number = 1 + np.arange(4)[:, None] + 4 * piece * (np.arange(4) % 2)[:, None]
-    region = np.broadcast_to(number, sides.shape[:3])
-    (a, b, c, d), (e, f, g, h) = all_[:, 0], all_[:, -1]
-    ends = np.array([[a, c, d], [a, b, c], [e, h, g], [e, g, f]])
-    faces = np.concatenate([sides.reshape(-1, 3), ends])
-    last = region.max() + np.array([1, 1, 2, 2])
-    return TriMesh(vertices + PLACE, faces, np.append(region.ravel(), last))
+    section = np.array([[inner, 0], [30, 0], [30, height], [inner, height]])
+    points = np.zeros((len(turn), 4, 3))
+    points[..., :2], points[..., 2] = turn[:, None] * section[:, :1], section[:, 1]
+    points[..., 1] += shift[:, None]
+    ends = np.arange(4 * len(turn)).reshape(-1, 4)
+    made = hex_mesh(points.reshape(-1, 3) + PLACE, np.hstack([ends[1:], ends[:-1]]))
+    owner, side = quad_sides(made)
+    piece = np.cumsum(np.append(0, np.diff(shift, 2) != 0))[owner]
+    region = np.unique(side + 6 * piece * (side < 2), return_inverse=True)[1]
+    faces = made.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    return TriMesh(made.vertices, faces, 1 + np.repeat(region, 2))
 
 
 def swollen(hexes: HexMesh, by: float = 0.05) -> HexMesh:
