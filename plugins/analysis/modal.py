@@ -44,6 +44,7 @@ class Modal(OfProblem):
     enrich: bool = True
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         material(self.material)
         object.__setattr__(self, "units", checked_unit(self.units))
         if self.mass not in ("consistent", "lumped"):
@@ -58,7 +59,8 @@ class Modal(OfProblem):
     def problem(self) -> Vibration:
         """The problem, for input files of other solvers."""
         fixed, lumped = prescribed(self.fixed), self.mass == "lumped"
-        return Vibration(self.units, fixed, material(self.material), self.modes, lumped)
+        solid = material(self.material)
+        return Vibration(self.units, fixed, solid, self.modes, lumped, cyclic_symmetry=self.cyclic)
 
     def __call__(self, spline: Spline) -> Modes:
         """The modes in SI units; logs mass and the elastic frequencies."""
@@ -74,6 +76,7 @@ class Modal(OfProblem):
             problem.is_lumped,
             supports(spline, problem.supports),
             self.enrich and not problem.is_lumped,
+            problem.cyclic_symmetry,
         )
         logger.info(
             "mass %.6g kg; elastic modes at %s Hz",

@@ -1,18 +1,34 @@
 """Places of an analysis, and checks of conditions there, see `polycube.analysis.supports`."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from polycube.analysis.loads import check_expression
+from polycube.analysis.problem import Cyclic
 from polycube.analysis.supports import AXES, is_number, split
 from polycube.kinds import StatesProblem
 from polycube.types import Json
+from polycube.types.checks import options_of
 
 
+@dataclass(frozen=True)
 class OfProblem(StatesProblem):
-    """An analysis that describes its problem."""
+    """An analysis that describes its problem.
+
+    Parameters
+    ----------
+    cyclic : {sectors: 6, axis: [0, 0, 1], point: [0, 0, 0]}; the part is one of 6 equal sectors,
+        and the result has the symmetry of the whole
+    """
 
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
+
+    cyclic: Cyclic | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.cyclic is not None:
+            object.__setattr__(self, "cyclic", options_of("cyclic", Cyclic, self.cyclic))
 
     @property
     def places(self) -> list[object]:

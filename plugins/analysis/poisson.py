@@ -44,6 +44,7 @@ class Poisson(OfProblem):
     gauss: int = 4
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "units", checked_unit(self.units))
         for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
             for _, item in check_items(name, items, {"value"}, needed=1):
@@ -59,7 +60,8 @@ class Poisson(OfProblem):
         """The problem, for input files of other solvers."""
         fixed = tuple(Prescribed(at, (0,), (item["value"],)) for at, item in map(split, self.fixed))
         flows = tuple(Flow(at, item["value"]) for at, item in map(split, self.flux))
-        return Conduction(self.units, fixed, self.conductivity, flows, self.source)
+        given = self.units, fixed, self.conductivity, flows, self.source
+        return Conduction(*given, cyclic_symmetry=self.cyclic)
 
     def __call__(self, spline: Spline) -> Potential:
         """u with its flux; logs the heat flow through the places with prescribed u."""
@@ -74,6 +76,7 @@ class Poisson(OfProblem):
             problem.source,
             problem.units,
             self.gauss,
+            problem.cyclic_symmetry,
         )
         flows = zip(found.supports, found.flows, strict=True)
         logger.info(

@@ -4,6 +4,8 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from polycube.analysis.loads import Load, check_expression
 from polycube.analysis.problem import Rotation, Statics, Vector, material
 from polycube.analysis.supports import prescribed, split, supports
@@ -57,6 +59,7 @@ class Static(OfProblem):
     away: float = 0.02
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         material(self.material)
         object.__setattr__(self, "units", checked_unit(self.units))
         check_supports("fixed", self.fixed, {"components", "value"})
@@ -75,6 +78,13 @@ class Static(OfProblem):
             object.__setattr__(self, "rotation", turning)
         if self.gravity is not None:
             check_vector("gravity", self.gravity)
+        if self.cyclic is not None:
+            along = [self._acceleration]
+            if self.rotation is not None:
+                apart = np.subtract(self.rotation.point, self.cyclic.point)
+                along += [self.rotation.axis, apart.tolist()]
+            if not all(map(self.cyclic.is_along, along)):
+                raise ValueError("gravity and the axis of rotation must be along that of cyclic")
         if self.gauss < 2:
             raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
         if not 0 <= self.away < 1:
@@ -97,7 +107,7 @@ class Static(OfProblem):
         solid, fixed = material(self.material), prescribed(self.fixed)
         loads = tuple(Load(place, **item) for place, item in map(split, self.loads))
         body = self._acceleration, self.rotation, self.temperature
-        return Statics(self.units, fixed, solid, loads, *body)
+        return Statics(self.units, fixed, solid, loads, *body, cyclic_symmetry=self.cyclic)
 
     def __call__(self, spline: Spline) -> Deformation:
         """The deformed solid; logs the resultant of the loads."""
@@ -115,6 +125,7 @@ class Static(OfProblem):
             self.away,
             problem.rotation,
             problem.temperature,
+            problem.cyclic_symmetry,
         )
         logger.info("load %s N", " ".join(f"{force:.4g}" for force in found.load))
         return found

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from polycube.analysis.boundary_sets import is_edge, mesh_edges_of, quads_of
+from polycube.analysis.cyclic import Sector, cut_faces, matched
 from polycube.analysis.supports import split
 from polycube.errors import InputError
 from polycube.hexmesh.cad_faces import unique_cad_faces
@@ -46,6 +47,9 @@ class Construction:
     """Splines with the same options on the hexes of a part."""
 
     def __init__(self, options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> None:
+        if options.sector is not None:
+            vertices = matched(hexes.vertices, hexes.quads, options.sector)
+            hexes = replace(hexes, vertices=vertices)
         self.options, self.surface, self.hexes = options, surface, hexes
         self.creases = creases_of(options, hexes, surface)
         self.on = unique_cad_faces(hexes, surface)
@@ -78,6 +82,11 @@ class Construction:
     def finished(self, best: Trial) -> Spline:
         """The spline of a trial; logs how many edges are sharp and the smallest det J."""
         spline, sharp, surface = best.spline, best.sharp, self.surface
+        if self.options.sector is not None:
+            control = spline.control.copy()
+            first, second = Sector.of(spline, self.options.sector).functions.T
+            control[second] = self.options.sector.turned(control[first])
+            spline = replace(spline, control=control)
         jacobian, apart = min_detj(spline), deviation(spline, surface)
         logger.info(
             "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
@@ -162,6 +171,9 @@ def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sh
 def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) -> Creases:
     """The creases of a surface of a CAD model, or, without one, those of the hexes by angle."""
     forced = single_hex_edges(hexes) if options.single_hex_edges else NO_EDGES
+    if options.sector is not None:
+        cut = cut_faces(hexes.vertices, hexes.quads, options.sector)
+        forced = union(forced, *(border(hexes, quads) for quads in cut))
     supported = (
         mesh_edges_of(hexes, place)[0] if is_edge(place) else border(hexes, quads_of(hexes, place))
         for place, _ in map(split, options.held)

@@ -1,11 +1,12 @@
 """Common options of the spline plugins: sharp features, local refinement, fit."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from polycube.analysis.problem import Cyclic
 from polycube.registry import setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
@@ -37,6 +38,7 @@ class SplineOptions:
     single_hex_edges : whether boundary edges of a single hex are sharp; if they were smooth, det J
         would be 0 there
     held : places whose borders are sharp if det J allows it; the supports of the analysis
+    cyclic : the cut faces of this sector are made equal; the cyclic symmetry of the analysis
     refine : local refinement; elements are numbered as the hexes are after `levels`
     fit : move control points until the boundary follows the surface
     """
@@ -46,6 +48,7 @@ class SplineOptions:
     cad_angle: float = 10.0
     single_hex_edges: bool = True
     held: Sequence[object] = setting("analysis.fixed", ())
+    cyclic: Mapping[str, object] | None = setting("analysis.cyclic", None)
     refine: Refinement = field(default_factory=Refinement)
     fit: Fit = field(default_factory=Fit)
 
@@ -67,3 +70,8 @@ class SplineOptions:
             check_place(split(item)[0])
         object.__setattr__(self, "refine", options_of("refine", Refinement, self.refine))
         object.__setattr__(self, "fit", options_of("fit", Fit, self.fit))
+
+    @property
+    def sector(self) -> Cyclic | None:
+        """The cyclic symmetry of the analysis, if it has one."""
+        return None if self.cyclic is None else options_of("cyclic", Cyclic, self.cyclic)

@@ -112,7 +112,8 @@ class Auto(SplineOptions):
     The lowest elastic frequencies with the supports of the analysis are computed from h2s. If the
     error of a squared frequency is larger than `error`, as on thin walls with one or two hexes, and
     for heat conduction, the space is optimal, if memory and a limit of 40,000 functions allow it.
-    For statics it is h2s: displacement and stress have all continuous tricubic functions anyway.
+    For statics it is h2s: displacement and stress have all continuous tricubic functions anyway. It
+    is h2s with cyclic symmetry as well, because the functions of the two cut faces must be equal.
 
     Parameters
     ----------
@@ -135,7 +136,11 @@ class Auto(SplineOptions):
         from .construction import Construction
 
         made = Construction(self, surface, hexes)
-        larger = self.solves != "static" and _is_affordable(made.size(Optimal.space))
+        larger = (
+            self.solves != "static"
+            and self.sector is None
+            and _is_affordable(made.size(Optimal.space))
+        )
         if larger and self.solves == "poisson":
             return made.finished(made.best_trial(Optimal.space))
         best = made.best_trial(H2S.space)

@@ -12,18 +12,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags, eye, hstack, vstack
+from scipy.sparse import csc_matrix, csr_matrix, eye, hstack, vstack
 from scipy.sparse.linalg import SuperLU, splu
 
-from polycube.analysis.boundary_sets import Trace, edge_trace, trace
-from polycube.analysis.slopes import zero_slope_edges
+from polycube.analysis.boundary_sets import Trace, edge_trace, trace, zero_slope_edges
+from polycube.analysis.cyclic import Sector
+from polycube.errors import InputError
+from polycube.numerics.independent import independent
 from polycube.spline.boundary import N_GAUSS, boundary_nodes
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
 
 ABSENT = 1e-18  # of the largest squared norm of a trace: smaller traces count as zero
-DEPENDENT = 1e-9  # pivot of the Gram matrix of unit diagonal below which a trace is dependent
 RIGID = 1e-10  # of the largest eigenvalue: below it, a rigid motion is free
 
 Value = float | Sequence[float] | Callable[[np.ndarray], np.ndarray]
@@ -92,16 +93,21 @@ class Constraints:
     bound: tuple[BoundTrace | None, ...]  # one for each component
     basis: csr_matrix  # (n C, free)
     offset: np.ndarray  # (n C,)
+    sector: Sector | None = None  # of a whole with cyclic symmetry
 
-    def points(self, spline: Spline) -> np.ndarray:
-        """(free, 3) approximate position of each free coefficient."""
+    def points(self, places: np.ndarray) -> np.ndarray:
+        """(free, 3) approximate position of each free coefficient; places (C, 3) of functions."""
         weight = abs(self.basis).T
-        near = weight @ np.repeat(spline.control, len(self.bound), axis=0)
+        near = weight @ np.repeat(places, len(self.bound), axis=0)
         return near / np.asarray(weight.sum(axis=1))
 
     def reactions(self, residual: np.ndarray) -> np.ndarray:
         """(supports, n) resultant on each support for a residual (n C,), K u - f."""
         n = len(self.bound)
+        if self.sector is not None:  # leave out the forces between the sectors
+            every = np.ones((len(residual) // n, n), bool)
+            same = self.sector.basis(every, self.sector.functions)
+            residual = same @ (same.T @ residual)
         found = np.zeros((len(self.supports), n))
         for i, bound in enumerate(self.bound):
             for k, support in enumerate(self.supports):
@@ -110,8 +116,13 @@ class Constraints:
         return found
 
 
-def constrain(spline: Spline, supports: Sequence[Support], n_components: int) -> Constraints:
-    """The space of fields with the prescribed values; the last support of a face has precedence."""
+def constrain(
+    spline: Spline, supports: Sequence[Support], n_components: int, sector: Sector | None = None
+) -> Constraints:
+    """The space of fields with the prescribed values and the symmetry of a sector.
+
+    The last support of a face has precedence. Raises InputError if values are not symmetric.
+    """
     size = len(spline.control)
     bound: list[BoundTrace | None] = []
     bases: list[csr_matrix] = []
@@ -144,21 +155,35 @@ def constrain(spline: Spline, supports: Sequence[Support], n_components: int) ->
         bound.append(found)
         bases.append(basis)
         offset[:, i] = _prescribed_coefficients(found, supports, i, size)
-    return Constraints(tuple(supports), tuple(bound), _interleave(bases), offset.ravel())
+    basis = _interleave(bases)
+    if sector is not None:
+        sector.check(offset)
+        if basis.nnz > basis.shape[1]:
+            raise InputError("cyclic symmetry needs a spline that is clamped at the supports")
+        basis = sector.basis(np.diff(basis.indptr).reshape(offset.shape) > 0, sector.functions)
+    return Constraints(tuple(supports), tuple(bound), basis, offset.ravel(), sector)
 
 
 def free_rigid_motions(spline: Spline, constraints: Constraints) -> int:
-    """Number of the six rigid motions of an elastic solid that the supports leave free."""
+    """Number of the six rigid motions of an elastic solid that the constraints leave free."""
     middle = spline.control.mean(axis=0)
     size = np.linalg.norm(np.ptp(spline.control, axis=0))
     energy = np.zeros((6, 6))
+
+    def motions(points: np.ndarray) -> np.ndarray:
+        """(P, 3, 6) displacements at points (P, 3)."""
+        turns = [np.cross(axis, (points - middle) / size) for axis in np.eye(3)]
+        moves = np.broadcast_to(np.eye(3), (len(points), 3, 3))
+        return np.concatenate([moves, np.stack(turns, axis=2)], axis=2)
+
     for i, bound in enumerate(constraints.bound):
         if bound is not None:
-            x = (bound.trace.points - middle) / size
-            turns = np.stack([np.cross(axis, x)[:, i] for axis in np.eye(3)], axis=1)
-            moves = np.broadcast_to(np.eye(3)[i], (len(x), 3))
-            motion = np.concatenate([moves, turns], axis=1)  # (P, 6)
+            motion = motions(bound.trace.points)[:, i]
             energy += motion.T @ (motion * bound.trace.area[:, None]) / bound.trace.area.sum()
+    if constraints.sector is not None:
+        cyclic, at = constraints.sector.cyclic, spline.control
+        off = (motions(cyclic.turned(at)) - cyclic.turn @ motions(at)).reshape(-1, 6)
+        energy += off.T @ off / len(at)
     values = np.linalg.eigvalsh(energy)
     return int((values <= RIGID * max(values[-1], np.finfo(float).tiny)).sum())
 
@@ -190,7 +215,7 @@ def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) ->
     norm = gram.diagonal()
     bound = np.flatnonzero(norm > ABSENT * norm.max())
     small = csc_matrix(gram[bound][:, bound])
-    is_pivot = _independent(small)
+    is_pivot = independent(small)
     pivots, others = np.flatnonzero(is_pivot), np.flatnonzero(~is_pivot)
     factor = splu(small[pivots][:, pivots])
     ratio = factor.solve(small[pivots][:, others].toarray())
@@ -203,27 +228,6 @@ def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) ->
         ratio=csr_matrix(ratio),
         gram=factor,
     )
-
-
-def _independent(gram: csc_matrix) -> np.ndarray:
-    """(n,) functions whose traces span those of all; of two dependent ones, the larger."""
-    norm = gram.diagonal()
-    scale = diags(1 / np.sqrt(norm))
-    unit = scale @ gram @ scale + 1e-13 * eye(len(norm))
-    pivots = _pivots(csc_matrix(unit), "MMD_AT_PLUS_A")
-    if pivots.min() > DEPENDENT:
-        return np.ones(len(norm), bool)
-    order = np.argsort(-np.round(norm / norm.max(), 6), kind="stable")
-    found = np.zeros(len(norm), bool)
-    found[order] = _pivots(csc_matrix(unit.tocsr()[order][:, order]), "NATURAL") > DEPENDENT
-    return found
-
-
-def _pivots(matrix: csc_matrix, order: str) -> np.ndarray:
-    """(n,) pivots of the Cholesky factorisation, by column."""
-    options = {"SymmetricMode": True}
-    factor = splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options=options)
-    return factor.U.diagonal()[factor.perm_c]
 
 
 def _interleave(bases: list[csr_matrix]) -> csr_matrix:

@@ -14,9 +14,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags, eye
 
 from polycube.analysis.constraints import Support
+from polycube.analysis.cyclic import Sector
 from polycube.analysis.element_forces import elastic_forces
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import TO_BEZIER, jacobians, volumes
@@ -113,8 +114,8 @@ class Enrichment:
     """The displacement that continuous tricubic functions add to one in the spline space."""
 
     elasticity: Elasticity
-    is_free: np.ndarray  # (B, 3) whether a component may move at a node
-    step: np.ndarray  # (B, 3) inverse energies of the functions of the even points
+    allowed: csr_matrix  # (3 B, 3 B) projection on the displacements that the constraints allow
+    step: csr_matrix  # (3 B, 3 B) allowed part of inverse energies of functions of even points
     from_even: csr_matrix  # (B, B)
     coarse: Operator | None  # from forces (B, 3) to the displacement (B, 3) in the spline space
 
@@ -125,8 +126,9 @@ class Enrichment:
         elasticity: Elasticity,
         supports: Sequence[Support],
         coarse: Operator | None = None,
+        sector: Sector | None = None,
     ) -> Enrichment:
-        """The enrichment of a spline with supports.
+        """The enrichment of a spline with supports, and with the symmetry of a sector.
 
         Where elements of two levels meet, only the functions of the spline connect them.
         """
@@ -137,9 +139,14 @@ class Enrichment:
         unshared = unshared_faces(spline.nodes)
         inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
         is_free[spline.nodes[inner[:, :1], FACES[inner[:, 1]]]] = False
-        energy = elasticity.diagonal()
-        step = np.where(is_free & (energy > 0), 1 / np.where(energy > 0, energy, 1), 0)
-        return cls(elasticity, is_free, step, _from_even(spline.nodes, len(step)), coarse)
+        basis = eye(is_free.size, format="csc")[:, is_free.ravel()]
+        if sector is not None:
+            basis = sector.basis(is_free, sector.nodes)
+        allowed = csr_matrix(basis @ basis.T)
+        energy = elasticity.diagonal().ravel()
+        inverse = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
+        step = csr_matrix(allowed @ diags(inverse) @ allowed)
+        return cls(elasticity, allowed, step, _from_even(spline.nodes, len(is_free)), coarse)
 
     def solve(
         self, rest: np.ndarray, tolerance: float = TOLERANCE, most: int = MOST
@@ -149,7 +156,7 @@ class Enrichment:
         tolerance : of the forces, in the norm of the preconditioner
         most : largest number of steps
         """
-        found = np.zeros_like(rest)
+        found, rest = np.zeros_like(rest), self.acting(rest)
         better = direction = self._precondition(rest)
         size = (rest * better).sum()
         least, steps = tolerance**2 * size, 0
@@ -163,8 +170,13 @@ class Enrichment:
             steps += 1
         return found, steps, bool(size <= least)
 
+    def acting(self, forces: np.ndarray) -> np.ndarray:
+        """(B, 3) the part of forces (B, 3) that moves the solid."""
+        return (self.allowed @ forces.ravel()).reshape(-1, 3)
+
     def _precondition(self, rest: np.ndarray) -> np.ndarray:
-        near = self.from_even @ (self.step * (self.from_even.T @ rest))
+        even = self.step @ (self.from_even.T @ rest).ravel()
+        near = self.from_even @ even.reshape(-1, 3)
         return near if self.coarse is None else near + self.coarse(rest)
 
 
@@ -175,7 +187,7 @@ def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> n
     """
     resisting = enrichment.elasticity.forces(start)
     rest = force - resisting
-    if np.linalg.norm(rest[enrichment.is_free]) <= ROUNDING * np.linalg.norm(resisting):
+    if np.linalg.norm(enrichment.acting(rest)) <= ROUNDING * np.linalg.norm(resisting):
         return start
     more, steps, converged = enrichment.solve(rest)
     if not converged:

@@ -18,9 +18,10 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
+from polycube.analysis.cyclic import Sector
 from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import CORNERS, elastic_preconditioner, single_precision
-from polycube.analysis.problem import Material
+from polycube.analysis.problem import Cyclic, Material
 from polycube.analysis.recovery import field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
@@ -49,6 +50,7 @@ def free_modes(
     lumped: bool = False,
     supports: Sequence[Support] = (),
     enrich: bool = False,
+    cyclic: Cyclic | None = None,
 ) -> Modes:
     """The lowest modes in SI units (omega^2 in 1/s^2, mass in kg), including rigid ones.
 
@@ -61,8 +63,10 @@ def free_modes(
     supports : prescribed zero components of the displacement
     enrich : frequencies in all continuous tricubic functions, and their errors; the shapes remain
         those of the spline
+    cyclic : the part is a sector; the modes are those with the symmetry of the whole
     """
-    constraints = constrain(spline, supports, 3)
+    sector = None if cyclic is None else Sector.of(spline, cyclic)
+    constraints = constrain(spline, supports, 3, sector)
     if not 0 < n_modes < constraints.basis.shape[1]:
         raise ValueError(f"modes must be in [1, {constraints.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
@@ -73,7 +77,7 @@ def free_modes(
     inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
     if near is None:
         values, vectors = _direct(
-            stiffness, inertia, constraints, n_modes, constraints.points(spline)
+            stiffness, inertia, constraints, n_modes, constraints.points(spline.control)
         )
     else:
         solid = near.restricted(stiffness), near.restricted(inertia)
@@ -82,7 +86,9 @@ def free_modes(
     rigid = min(n_modes, free_rigid_motions(spline, constraints))
     errors = np.zeros(0)
     if enrich:
-        values, errors = _enriched(unit, material.poisson, n_gauss, supports, values, shapes, rigid)
+        values, errors = _enriched(
+            unit, material.poisson, n_gauss, constraints, values, shapes, rigid
+        )
         order = np.argsort(values, kind="stable")
         values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
@@ -102,7 +108,7 @@ def _enriched(
     spline: Spline,
     poisson: float,
     n_gauss: int,
-    supports: Sequence[Support],
+    constraints: Constraints,
     values: np.ndarray,
     shapes: np.ndarray,
     rigid: int,
@@ -117,8 +123,9 @@ def _enriched(
     rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
     solid, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
     elasticity = Elasticity.of(spline, poisson, n_gauss)
-    enrichment = Enrichment.of(spline, elasticity, supports)
-    found, density = values.copy(), np.zeros((len(enrichment.step), len(values)))
+    given = constraints.supports, None, constraints.sector
+    enrichment = Enrichment.of(spline, elasticity, *given)
+    found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
     for i in range(rigid, len(values)):
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
@@ -140,7 +147,7 @@ def _direct(
     stiffness: Symmetric, mass: spmatrix, constraints: Constraints, n_modes: int, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """`lowest` for the free unknowns."""
-    if not constraints.supports:
+    if constraints.basis.shape[0] == constraints.basis.shape[1]:
         return lowest(stiffness.full(), mass, n_modes, points=points)
     basis, inertia = constraints.basis, kron(mass, eye(3), "csr")
     free, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness.full(), inertia))

@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from polycube.analysis.boundary_sets import edge_trace, sets_of_sides, trace
 from polycube.analysis.constraints import Support
+from polycube.analysis.cyclic import Sector
 from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
 from polycube.analysis.shape import NOTCH
 from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
@@ -37,18 +38,25 @@ class Singular:
 
 
 def singular_places(
-    spline: Spline, supports: Sequence[Support], loaded: Sequence[np.ndarray], radius: float
+    spline: Spline,
+    supports: Sequence[Support],
+    loaded: Sequence[np.ndarray],
+    radius: float,
+    sector: Sector | None = None,
 ) -> list[Singular]:
     """Sharp re-entrant edges, borders of supports, supported edges, and loads on a small area.
 
     An area is small if it is less than that of a disc of the radius.
 
     loaded : faces (F,), indices of `spline.sides`, of each load
+    sector : the edges of its cut faces are inside the whole
     """
     first, second, lines, points, angle, normals = _edges(spline)
 
+    is_cut = np.isin(lines, [] if sector is None else sector.nodes).all(axis=1)
+
     def along(chosen: np.ndarray, what: str) -> list[Singular]:
-        own = np.flatnonzero(chosen)
+        own = np.flatnonzero(chosen & ~is_cut)
         found = Singular(what, np.unique(lines[own]), points[own].reshape(-1, 3))
         return [found] if len(own) else []
 

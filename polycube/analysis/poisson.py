@@ -9,8 +9,9 @@ from polycube.analysis import recovery
 from polycube.analysis.assembly import Elements, assemble_scalar_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
+from polycube.analysis.cyclic import Sector
 from polycube.analysis.preconditioner import scalar_preconditioner, solvers
-from polycube.analysis.problem import Flow
+from polycube.analysis.problem import Cyclic, Flow
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -29,6 +30,7 @@ def conduct(
     source: float | np.ndarray = 0.0,
     length_unit: str = "mm",
     n_gauss: int = 4,
+    cyclic: Cyclic | None = None,
 ) -> Potential:
     """The solution: u in K, flux in W/m^2, lengths in the unit of the part.
 
@@ -36,13 +38,15 @@ def conduct(
 
     conductivity : W/(m K)
     source : W/m^3, or its coefficients (C,)
+    cyclic : the part is a sector, and each sector has the same temperatures
     """
     if not supports:
         raise InputError(
             "u is determined only up to a constant; prescribe it on at least one patch"
         )
     metre = METRES[length_unit]
-    constraints = constrain(spline, supports, 1)
+    sector = None if cyclic is None else Sector.of(spline, cyclic)
+    constraints = constrain(spline, supports, 1, sector)
     stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
     stiffness.blocks[:] *= conductivity * metre
     supplied = metre**3 * (mass @ np.broadcast_to(source, mass.shape[:1]))
@@ -52,7 +56,7 @@ def conduct(
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
     basis, offset = constraints.basis, constraints.offset
     near = scalar_preconditioner(spline, constraints)
-    solve, _ = solvers(stiffness, constraints, constraints.points(spline), near)
+    solve, _ = solvers(stiffness, constraints, constraints.points(spline.control), near)
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     nodal = spline.extraction @ u

@@ -30,6 +30,7 @@ STEPS = 8  # Chebyshev iterations
 CORNERS = np.array([0, 3, 12, 15, 48, 51, 60, 63])  # of the 4^3 Bezier points of an element
 LEAST = 1 / 27  # smallest eigenvalue of B (largest 1): means of eight with weights 2/3 and 1/3
 N_GAUSS = 2  # points per direction
+ORTHONORMAL = 1e-9  # largest error of products of the vectors of a basis
 FEW = 60  # largest number of iterations with a direct factor
 SMALL = 20_000  # unknowns below which the factor is in double precision
 
@@ -40,25 +41,25 @@ class Preconditioner:
 
     values: csr_matrix  # (C, C) B, in single precision
     turned: csr_matrix  # its transpose
-    free: np.ndarray  # (C, n) whether an unknown is free
+    basis: csr_matrix  # (n C, free) orthonormal, from the free unknowns
     factor: Factor  # of T
 
     @classmethod
-    def of(cls, model: VertexModel, stiffness: Symmetric, free: np.ndarray) -> Preconditioner:
+    def of(
+        cls, model: VertexModel, stiffness: Symmetric, constraints: Constraints
+    ) -> Preconditioner:
         """Preconditioner from the trilinear stiffness.
 
         stiffness : (n C, n C) of the trilinear hexes
-        free : (n C,) whether an unknown is free
+        constraints : their basis is orthonormal, and vertices fulfil them like functions
 
         Raises ValueError unless it is positive definite.
         """
         mixed = (1 - SHARE) * model.values + SHARE * eye(len(model.vertices))
         values = csr_matrix(mixed, dtype=np.float32)
-        n = stiffness.blocks.shape[1]
-        matrix = stiffness.full().tocsr()[free][:, free]
-        places = np.repeat(model.vertices, n, axis=0)[free]
-        factor = single_precision(matrix, places)
-        return cls(values, csr_matrix(values.T), free.reshape(-1, n), factor)
+        matrix = csr_matrix(constraints.basis.T @ stiffness.full() @ constraints.basis)
+        factor = single_precision(matrix, constraints.points(model.vertices))
+        return cls(values, csr_matrix(values.T), constraints.basis.astype(np.float32), factor)
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Apply it to right-hand sides (free,) or (free, k)."""
@@ -68,14 +69,14 @@ class Preconditioner:
 
     def restricted(self, matrix: Symmetric | csr_matrix) -> LinearOperator:
         """Restrict a matrix (C, C) or (n C, n C) of all unknowns to the free ones."""
-        number = int(self.free.sum())
+        number = self.basis.shape[1]
         multiply = partial(times, matrix) if issparse(matrix) else matrix.__matmul__
+        basis = self.basis.astype(np.float64)
 
         def product(x: np.ndarray) -> np.ndarray:
-            every = np.zeros((*self.free.shape, *x.shape[1:]))
-            every[self.free] = x
+            every = basis @ x
             found = multiply(every.reshape(matrix.shape[0], -1))
-            return found.reshape(every.shape)[self.free]
+            return basis.T @ found.reshape(every.shape)
 
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)
 
@@ -84,17 +85,17 @@ class Preconditioner:
         least = (1 - SHARE) * LEAST + SHARE
         middle, half = (1 + least) / 2, (1 - least) / 2
         ratio = half / middle
-        rest = np.zeros((*self.free.shape, right.shape[1]), np.float32)
-        rest[self.free] = right
+        rest = right.astype(np.float32)
         step = rest / np.float32(middle)
         x = step.copy()
         for _ in range(STEPS - 1):
-            rest -= times(values, step.reshape(len(step), -1)).reshape(rest.shape)
-            rest[~self.free] = 0
+            every = self.basis @ step
+            mixed = times(values, every.reshape(values.shape[0], -1))
+            rest -= self.basis.T @ mixed.reshape(every.shape)
             ratio, before = 1 / (2 * middle / half - ratio), ratio
             step = np.float32(ratio * before) * step + np.float32(2 * ratio / half) * rest
             x += step
-        return x[self.free]
+        return x
 
 
 def is_factored(spline: Spline) -> bool:
@@ -131,17 +132,14 @@ def _preconditioner(
     if len(spline.control) < LIMIT:
         return None
     model = VertexModel.of(spline)
-    chosen = (
-        constraints.basis.nnz == constraints.basis.shape[1] and (constraints.basis.data == 1).all()
-    )
-    if model is None or not chosen:
+    basis = constraints.basis
+    if model is None or abs(basis.T @ basis - eye(basis.shape[1])).max() > ORTHONORMAL:
         return None
     try:
         stiffness = assembled(model.elements)
     except MeshingError:  # the hexes of the vertices are worse than the spline
         return None
-    free = np.diff(constraints.basis.indptr) > 0
-    return Preconditioner.of(model, stiffness, free)
+    return Preconditioner.of(model, stiffness, constraints)
 
 
 def solvers(

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation as Rotation3
 
 from polycube.analysis.loads import Load, Vector
+from polycube.surface.measures import unit
 from polycube.types.checks import is_number
 
 
@@ -114,6 +116,44 @@ class Rotation:
 
 
 @dataclass(frozen=True)
+class Cyclic:
+    """The part is one of several equal sectors, which a rotation about an axis maps to the next."""
+
+    sectors: int = 0
+    axis: Vector = (0.0, 0.0, 1.0)
+    point: Vector = (0.0, 0.0, 0.0)  # on the axis, in the unit of the part
+
+    def __post_init__(self) -> None:
+        numbers = (*self.axis, *self.point)
+        is_place = len(numbers) == 6 and all(map(is_number, numbers)) and any(self.axis)
+        if not is_place or not isinstance(self.sectors, int) or self.sectors < 2:
+            raise ValueError(
+                "cyclic has a number of sectors, 2 or more, an axis [x, y, z] that is not zero, "
+                "and a point"
+            )
+
+    @property
+    def line(self) -> list[float]:
+        """Coordinates of two points on the axis."""
+        return [*self.point, *np.add(self.point, self.axis).tolist()]
+
+    @property
+    def turn(self) -> np.ndarray:
+        """(3, 3) rotation of vectors from a sector to the next."""
+        angle = 2 * np.pi / self.sectors
+        return Rotation3.from_rotvec(angle * unit(np.array(self.axis))).as_matrix()
+
+    def turned(self, points: np.ndarray) -> np.ndarray:
+        """(P, 3) points (P, 3) of a sector in the next."""
+        return self.point + (points - self.point) @ self.turn.T
+
+    def is_along(self, vector: Vector) -> bool:
+        """Whether a vector is parallel to the axis, or zero."""
+        across = np.linalg.norm(np.cross(vector, self.axis))
+        return bool(across <= 1e-9 * np.linalg.norm(vector) * np.linalg.norm(self.axis))
+
+
+@dataclass(frozen=True)
 class Flow:
     """Flux into the solid through the faces of a place."""
 
@@ -129,6 +169,7 @@ class Problem:
     supports: tuple[Prescribed, ...]
     # those of the solids of an assembly, by `HexMesh.cell`; empty if there is one solid
     materials: tuple[Material, ...] = field(default=(), kw_only=True)
+    cyclic_symmetry: Cyclic | None = field(default=None, kw_only=True)
 
     @property
     def places(self) -> list[object]:

@@ -21,10 +21,11 @@ from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment, corrected
+from polycube.analysis.cyclic import Sector
 from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import elastic_preconditioner, solvers
-from polycube.analysis.problem import Material, Rotation
+from polycube.analysis.problem import Cyclic, Material, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -47,6 +48,7 @@ def deform(
     away: float = 0.02,
     rotation: Rotation | None = None,
     temperature: float | str = 0.0,
+    cyclic: Cyclic | None = None,
 ) -> Deformation:
     """The deformed solid: stresses in Pa, forces in N, energy in J.
 
@@ -56,12 +58,15 @@ def deform(
     acceleration : gravity in m/s^2
     away : distance from a singular place, in diagonals, within which points belong to it
     temperature : in K above that without stress; a number or an expression, see `loads.at_points`
+    cyclic : the part is a sector, and each sector has the same loads, turned with it
     """
-    constraints = constrain(spline, supports, 3)
+    sector = None if cyclic is None else Sector.of(spline, cyclic)
+    constraints = constrain(spline, supports, 3, sector)
     free = free_rigid_motions(spline, constraints)
     if free:
+        holds = "the supports and the cyclic symmetry leave" if cyclic else "the supports leave"
         raise InputError(
-            f"the supports leave {free} of 6 rigid motions free, so the loads are not balanced; "
+            f"{holds} {free} of 6 rigid motions free, so the loads are not balanced; "
             "fix more patches or components"
         )
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
@@ -90,7 +95,7 @@ def deform(
     force = (spline.extraction.T @ scaled).ravel()
     basis, offset = constraints.basis, constraints.offset / diagonal
     near = elastic_preconditioner(unit, constraints, material.poisson)
-    solve, rough = solvers(stiffness, constraints, constraints.points(spline), near)
+    solve, rough = solvers(stiffness, constraints, constraints.points(spline.control), near)
 
     def coarse(rest: np.ndarray) -> np.ndarray:
         forces = basis.T @ (spline.extraction.T @ rest).ravel()
@@ -100,10 +105,10 @@ def deform(
     residual = (stiffness @ u - force) * (material.young * metres**2)
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     own = spline.extraction @ u.reshape(-1, 3)
-    moved = corrected(Enrichment.of(unit, elasticity, supports, coarse), scaled, own)
+    moved = corrected(Enrichment.of(unit, elasticity, supports, coarse, sector), scaled, own)
     radius = away * diagonal
     displacement = moved * diagonal
-    singular = singular_places(spline, supports, faces, radius)
+    singular = singular_places(spline, supports, faces, radius, sector)
     volume = elasticity.volume * metres**3
     stresses = _stresses(spline, material, displacement, heat, volume, singular, radius)
     # what a layer on the boundary adds to twice the energy, see `shape`

@@ -11,7 +11,7 @@ from polycube.analysis.constraints import Support
 from polycube.analysis.modal import free_modes
 from polycube.analysis.poisson import conduct
 from polycube.analysis.preconditioner import LEAST, VertexModel
-from polycube.analysis.problem import MATERIALS
+from polycube.analysis.problem import MATERIALS, Cyclic
 from polycube.analysis.static import Load, deform
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.splines import cube, spline_of
@@ -90,6 +90,18 @@ def test_displacement_and_reactions(monkeypatch, components):
     )
     assert found.strain_energy == pytest.approx(direct.strain_energy, rel=1e-6)
     assert found.peak.value == pytest.approx(direct.peak.value, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_modes_of_a_sector(monkeypatch, caplog):
+    quarter = Cyclic(4)
+    spline = spline_of(hex_box((4, 4, 3), (1, 1, 0.5)), "h2s", cyclic={"sectors": 4})
+    caplog.set_level(logging.INFO)
+    direct, found = both(monkeypatch, lambda: free_modes(spline, STEEL, 12, cyclic=quarter))
+    assert found.rigid == direct.rigid == 2
+    assert found.frequency[2:] == pytest.approx(direct.frequency[2:], rel=1e-9)
+    steps = [record.args[2] for record in caplog.records if "iterations" in record.msg]
+    assert len(steps) == 2 and max(steps) < 60, steps
 
 
 @pytest.mark.slow

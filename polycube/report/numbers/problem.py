@@ -34,7 +34,8 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
     units : length unit of the part
     material : description of the material; empty for an assembly
     supports, loads : for each place its description `words`, and `quads` and `area` of its faces in
-        the mesh; both are null for edges, and for gravity and sources, which act on the whole part
+        the mesh; both are null for edges, and for cyclic symmetry, gravity and sources, which
+        concern the whole part
     """
     return {
         "units": problem.units,
@@ -69,6 +70,9 @@ def describe_material(found: Material) -> str:
 
 
 def _supports(problem: Problem) -> Iterator[tuple[object, str]]:
+    if cyclic := problem.cyclic_symmetry:
+        axis, at = _vector(cyclic.axis), _numbers(cyclic.point)
+        yield None, f"The part is one of {cyclic.sectors} equal sectors about {at}, {axis}"
     for each in problem.supports:
         name, is_plural = describe_place(each.place)
         is_heat = isinstance(problem, Conduction)

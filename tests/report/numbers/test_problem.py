@@ -50,6 +50,13 @@ def test_supports_are_described_with_their_area(mesh):
     assert found["loads"] == [{"words": weight, "quads": None, "area": None}]
 
 
+def test_a_sector_is_described(mesh):
+    about = {"sectors": 6, "point": [0, 0, 1]}
+    [found] = described(mesh, plugin="modal", cyclic=about)["supports"]
+    words = "The part is one of 6 equal sectors about (0, 0, 1), in direction +z"
+    assert found == {"words": words, "quads": None, "area": None}
+
+
 def test_a_supported_edge_has_no_area(mesh):
     edge = {"at": {"edge": ["x_min", "z_min"]}, "components": ["z"]}
     [found] = described(mesh, plugin="modal", fixed=[edge])["supports"]
