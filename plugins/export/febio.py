@@ -38,7 +38,7 @@ class Febio(WithNodes, WithProblem, TextFormat):
         WithProblem.__post_init__(self)
 
     suffix: ClassVar[str] = ".feb"
-    lacks: ClassVar[tuple[str, ...]] = ("rotation", "temperature", "varying_loads")
+    lacks: ClassVar[tuple[str, ...]] = (*WithProblem.lacks, "varying_loads")
 
     def parts(self, hexes: HexMesh) -> Iterator[str]:
         """The text of the file, in parts.

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval2d, polyvander2d
 
 from polycube.analysis.boundary_sets import is_edge, quads_of
+from polycube.analysis.cyclic import cut_faces
 from polycube.analysis.loads import NOTHING, at_points
 from polycube.analysis.problem import Conduction, Material, Problem, Statics, Vibration
+from polycube.errors import InputError
 from polycube.hexmesh.named_sets import set_name
 from polycube.spline.second_order import HexElements
 from polycube.types import HexMesh
@@ -129,6 +131,8 @@ class Loads:
         for k, support in enumerate(given):
             for component in support.components:
                 ruler[nodes[k], component] = k
+        for quads in self.cut_faces[:1]:  # these nodes follow from those of the other cut face
+            ruler[self.elements.quads[quads]] = -1
         found = []
         for k, support in enumerate(given):
             for component, value in zip(support.components, support.values, strict=True):
@@ -183,6 +187,18 @@ class Loads:
         """(N,) temperature of the nodes; empty if there is none."""
         found = at_points(getattr(self.problem, "temperature", 0.0), self.elements.points)
         return found if found.any() else np.zeros(0)
+
+    @cached_property
+    def cut_faces(self) -> list[np.ndarray]:
+        """Quads of the two cut faces of a sector with cyclic symmetry; empty without it."""
+        cyclic = self.problem.cyclic_symmetry
+        if cyclic is None:
+            return []
+        if cyclic.sectors == 2:
+            raise InputError(
+                "a deck needs at least three sectors; mesh a smaller part, or the whole"
+            )
+        return [*cut_faces(self.mesh.vertices, self.mesh.quads, cyclic)]
 
     @property
     def has_step(self) -> bool:

@@ -335,3 +335,31 @@ def test_a_cylinder_from_cad_twists_at_the_frequency_of_a_round_shaft(testdata, 
     assert found[:6].max() < 1
     twist = np.sqrt(80e9 / 8000) / (2 * length)
     assert abs(found[6:] / twist - 1).min() < 1e-4
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
+def test_a_turning_sector_has_the_symmetry_of_the_whole(tmp_path, element):
+    """The radial displacement of a quarter of a ring is the same at all angles."""
+    box = hex_box((2, 6, 1), (1.0, np.pi / 2, 0.5))
+    radius, angle, z = np.add(box.vertices, [1, 0, 0]).T
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+    plain = hex_mesh(points, box.hexes)
+    mesh = hex_mesh(points, box.hexes, plain.quads, patches(plain))
+    mesh = replace(mesh, sets=boundary_sets(mesh))
+    inner = quads_at(mesh, radius, 1.0)
+    about = {"cyclic": {"sectors": 4}, "material": METAL, "units": "m", "fixed": [inner]}
+    turning = {"plugin": "static", "rotation": {"axis": [0, 0, 1], "rpm": 3000}, **about}
+    found = solved(mesh, tmp_path, turning, element)
+    nodes = found[:, 0].astype(int) - 1
+    moved = np.zeros((nodes.max() + 1, 3))
+    moved[nodes] = found[:, 1:]
+    at = np.flatnonzero((abs(radius - 2) < 1e-9) & (z < 1e-9))
+    outwards = (moved[at] * points[at]).sum(axis=1) / 2
+    assert outwards.min() > 0 and outwards == pytest.approx(outwards[0], rel=1e-6)
+    assert abs(np.cross(moved[at, :2], points[at, :2])).max() < 1e-6 * outwards[0]
+
+
+def quads_at(mesh, radius, wanted) -> str:
+    """The patch of the quads whose vertices have a radius (V,)."""
+    own = (abs(radius[mesh.quads] - wanted) < 1e-9).all(axis=1)
+    return f"patch_{mesh.patch[own][0]}"
