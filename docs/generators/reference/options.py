@@ -48,16 +48,15 @@ def page() -> str:
 
 def _settings(program: str) -> Iterator[tuple[str, str, str]]:
     """Name, default and description of the settings of a program, from its YAML file."""
-    group = ""
+    path: list[str] = []
     for line in settings(program).splitlines():
         found = SETTING.match(line)
         if found is None:
             continue
         indent, name, value, text = found.groups()
-        group = group if indent else name
-        full = f"{group}.{name}" if indent else name
+        path = [*path[: len(indent) // 2], name]
         shown = "required" if value == "???" else f"`{value}`" if value else ""
-        yield f"`{full}`", shown, text or ""
+        yield f"`{'.'.join(path)}`", shown, text or ""
 
 
 def _groups(program: str) -> Iterator[tuple[str, str, str]]:
