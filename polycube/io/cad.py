@@ -6,9 +6,10 @@ surface is closed is checked later as for any surface.
 
 from __future__ import annotations
 
+import json
 import logging
 import re
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
 
@@ -16,16 +17,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.errors import InputError
-from polycube.io.cad_worker import OPEN, TESSELLATING, WAYS
+from polycube.io.cad_worker import OPEN, REFUSED, REMOVING, TESSELLATING, WAYS, names
 from polycube.io.file_units import file_unit, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import Late, read_separately, unreadable
-from polycube.io.step.faces import Named, named_faces
+from polycube.io.removal.options import Remove, described
 from polycube.io.step.text import STEP, exchange
 from polycube.io.tessellation.threads import without_threads
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
-from polycube.types.checks import check_choice, check_number
+from polycube.types.checks import check_choice, check_number, options_of
 from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
@@ -38,6 +39,8 @@ GROUPS = ("name", "colour", "layer", "none")
 THREADS = ("absorb", "keep")
 INTERFACES = ("tie", "conform", "separate")
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
+EFFORT = 4  # the time limit for the removal of features, as a multiple of that of reading
+FEWER = "remove fewer, such as only the smaller ones"
 LOST = 0.05  # largest share of the volume that tessellation may lose
 INSTALL = "pip install 'polycube[cad]'"
 
@@ -53,8 +56,10 @@ class Cad:
     threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
     interfaces: str = "tie"  # how the meshes of touching solids are joined, one of INTERFACES
     materials: object = None  # of several solids, for the command line only
+    remove: Remove = field(default_factory=Remove)  # features that are removed from the solid
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "remove", options_of("cad.remove", Remove, self.remove))
         if self.solid == "all":
             what = "all solids of a file are meshed only by the command line, infer.py"
             raise InputError(what, "cad.solid", "give the number of one, from 1")
@@ -79,14 +84,20 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     surface, notes = clean(found["vertices"] / factor, found["faces"])
     surface = _regions(surface, found, path, options.groups, factor)
     size, stated = float(found["volume"]) / factor**3, unit or "an unknown unit"
+    if "removed" in found:
+        removed = {**json.loads(str(found["removed"])), "volume_before": size}
+        surface, size = replace(surface, removed=removed), removed["volume_after"]
+        notes += options.remove.sentences(removed, unit or "units")
+        for row in removed["features"]:
+            logger.info("%s: %s", "removed" if row["removed"] else "kept", described(row, unit))
     logger.info("%s: lengths in %s, volume %.6g", path, stated, size)
     if unit and resolved(options.units, unit) != unit:
         notes.append(
             f"the file's lengths are in {unit}, but analysis.units={options.units}; "
             f"use analysis.units=auto"
         )
-    names = (surface.name, *surface.region_names, *surface.region_groups, *surface.region_edges)
-    if path.suffix.lower() in STEP and not all(map(str.isascii, names)):
+    called = (surface.name, *surface.region_names, *surface.region_groups, *surface.region_edges)
+    if path.suffix.lower() in STEP and not all(map(str.isascii, called)):
         if not exchange(path).is_unicode:
             notes.append("the file is not UTF-8; its names were read as ISO 8859-1")
     if gap := _gap(found, gmsh_unit(path)):
@@ -127,20 +138,16 @@ def _regions(
     """
     middles = found["vertices"][found["faces"]].mean(axis=1) / factor
     nearest = cKDTree(middles).query(surface.vertices[surface.faces].mean(axis=1))[1]
-    kinds = found["face_kind"].tolist()
-    named = Named(str(found["solid_name"]), tuple(found["face_name"].tolist()), {}, {})
-    if by != "none" and path.suffix.lower() in STEP:
-        corners = np.split(found["corners"] / factor, np.cumsum(found["n_corners"])[:-1])
-        own = named_faces(path, kinds, corners, by)
-        faces = own.faces if any(own.faces) or own.groups else named.faces
-        named = own._replace(solid=own.solid or named.solid, faces=faces)
+    kinds, named = found["face_kind"].tolist(), names(found, path, by)
+    here = set(found["cad_face"].tolist())
+    edges = {n: tuple(p for p in own if here.issuperset(p)) for n, own in named.edges.items()}
     return replace(
         surface,
         region=found["cad_face"][nearest],
         region_names=named.faces,
         region_shapes=tuple(re.sub(" [Ss]urface$", "", kind).lower() for kind in kinds),
         region_groups=named.groups,
-        region_edges=named.edges,
+        region_edges={name: own for name, own in edges.items() if own},
         name=named.solid,
     )
 
@@ -153,6 +160,10 @@ def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
         with np.load(BytesIO(output)) as arrays:
             return _chosen(dict(arrays), options.solid, gmsh_unit(path)) | {"way": np.array(way)}
     check_gmsh(errors)
+    if REFUSED in errors:
+        raise InputError(errors.rpartition(REFUSED)[2].strip())
+    if REMOVING in errors and TESSELLATING not in errors:
+        raise InputError("Open CASCADE failed to remove features", "cad.remove", FEWER)
     raise unreadable(path, errors)
 
 
@@ -169,13 +180,19 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     The last is the name of the way. Without a closed surface, the first open one is returned.
     """
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
+    unit = resolved(options.units, file_unit(path))
+    remove = options.remove.in_unit(unit, gmsh_lengths(path))
     first, seconds = None, 0
     for way, share in zip(WAYS, SHARES, strict=True):
-        request = {**asdict(options), "way": way}
+        request = {**asdict(options), "remove": remove, "way": way}
+        times = share * effort + EFFORT * bool(remove)
         try:
-            found = *read_separately("polycube.io.cad_worker", path, request, share * effort), way
+            found = *read_separately("polycube.io.cad_worker", path, request, times), way
         except Late as late:
             if TESSELLATING not in late.errors:
+                if REMOVING in late.errors:
+                    what = f"the removal of features did not finish in {late.seconds} s"
+                    raise InputError(what, "cad.remove", FEWER) from None
                 raise
             seconds = max(seconds, late.seconds)
             continue

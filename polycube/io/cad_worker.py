@@ -14,12 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from polycube.io.file_units import IGES, gmsh_unit
+from polycube.io.file_units import IGES, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import limit
+from polycube.io.removal.features import Solid
+from polycube.io.removal.removing import Removal
+from polycube.io.step.faces import Named, named_faces
 from polycube.io.step.text import STEP
 from polycube.io.tessellation.sewing import bound_sizes, bounded_segments, diagonal, sew
 
-TESSELLATING = "reading is done; triangles are made"  # written to the standard error
+REMOVING = "reading is done; features are removed"  # written to the standard error
+TESSELLATING = "reading is done; triangles are made"  # the same
+REFUSED = "refused: "  # the same, before a sentence about the request
 OPEN = "the triangles are not closed"  # the same
 WAYS = ("curved", "edges", "coarser")  # sizes from curvatures, from edges, from fewer segments
 CURVED, EDGES, COARSER = WAYS
@@ -41,8 +46,6 @@ def main() -> None:
     if number is None and len(solids) == 1:
         number = 1
     if number is not None and 1 <= number <= len(solids):
-        sys.stderr.write(f"{TESSELLATING}\n")
-        sys.stderr.flush()
         found |= _triangles(gmsh, solids, number - 1, request)
         sides = np.sort(found["faces"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         if (np.unique(sides, axis=0, return_counts=True)[1] != 2).any():
@@ -109,6 +112,19 @@ def _triangles(
     gmsh.model.occ.synchronize()
     sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
     size, way = diagonal(gmsh), request["way"]
+    found = _faces(gmsh, solids[chosen], sides, request["groups"])
+    number = {side: i for i, side in enumerate(sides, start=1)}
+    if request["remove"]:
+        sys.stderr.write(f"{REMOVING}\n")
+        path = Path(request["path"])
+        named, solid = names(found, path, request["groups"]), Solid(gmsh, solids[chosen], size)
+        try:
+            removal = Removal(gmsh, solid, request["remove"], named)
+        except LookupError as error:
+            sys.exit(f"{REFUSED}{error.args[0]}")
+        number, sides = removal.number, sorted(removal.number)
+        found["removed"] = np.array(json.dumps(removal.record(gmsh_lengths(path))))
+    sys.stderr.write(f"{TESSELLATING}\n")
     segments = bounded_segments(gmsh, sides, request["segments"], COARSE * size)
     for name, value in {
         "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
@@ -124,19 +140,41 @@ def _triangles(
     place = np.zeros(int(tags.max()) + 1, np.int64)
     place[tags] = np.arange(len(tags))
     faces = [place[gmsh.model.mesh.getElementsByType(2, side)[1].reshape(-1, 3)] for side in sides]
+    return found | {
+        "vertices": points.reshape(-1, 3),
+        "faces": np.concatenate(faces),
+        "cad_face": np.repeat([number[side] for side in sides], [len(own) for own in faces]),
+        "segments": np.array(segments),
+    }
+
+
+def _faces(gmsh: ModuleType, solid: int, sides: list[int], groups: str) -> dict[str, np.ndarray]:
+    """The name of a solid, and the kind, name or colour, and corners of each face."""
     ends = [gmsh.model.getBoundary([(2, side)], oriented=False, recursive=True) for side in sides]
     corners = [gmsh.model.getValue(0, tag, []) for own in ends for _, tag in own]
     return {
-        "vertices": points.reshape(-1, 3),
-        "faces": np.concatenate(faces),
-        "cad_face": np.repeat(np.arange(1, len(sides) + 1), [len(own) for own in faces]),
         "face_kind": np.array([gmsh.model.getType(2, side) for side in sides]),
-        "face_name": np.array(_names(gmsh, sides, request["groups"])),
-        "solid_name": np.array(name_of(gmsh, 3, solids[chosen])),
+        "face_name": np.array(_names(gmsh, sides, groups)),
+        "solid_name": np.array(name_of(gmsh, 3, solid)),
         "corners": np.reshape(corners, (-1, 3)),
         "n_corners": np.array([len(own) for own in ends]),
-        "segments": np.array(segments),
     }
+
+
+def names(found: Mapping[str, np.ndarray], path: Path, by: str) -> Named:
+    """The names of a solid and its faces, by Gmsh and by the STEP file.
+
+    found : the arrays of `_faces`
+    """
+    kinds, names = found["face_kind"].tolist(), tuple(found["face_name"].tolist())
+    named = Named(str(found["solid_name"]), names, {}, {})
+    if by == "none" or path.suffix.lower() not in STEP:
+        return named
+    places = found["corners"] / gmsh_lengths(path)
+    corners = np.split(places, np.cumsum(found["n_corners"])[:-1])
+    own = named_faces(path, kinds, corners, by)
+    faces = own.faces if any(own.faces) or own.groups else named.faces
+    return own._replace(solid=own.solid or named.solid, faces=faces)
 
 
 def name_of(gmsh: ModuleType, dimension: int, tag: int) -> str:

@@ -139,7 +139,7 @@ class Placement(Run):
         if Path(str(self.settings.mesh)).suffix.lower() not in STEP:
             return state
         own = read_part(self.settings, self.clock).surface
-        names = ("name", "region_names", "region_groups", "region_edges")
+        names = ("name", "region_names", "region_groups", "region_edges", "removed")
         named = {name: getattr(own, name) for name in names}
         return replace(state, surface=replace(state.surface, **named))
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from polycube.errors import InputError
-from polycube.io.cad import Cad
+from polycube.io.cad import SUFFIXES, Cad
+from polycube.io.removal.options import Remove
 from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
 from polycube.types.checks import check_choice, is_number, is_whole
@@ -58,6 +59,11 @@ class Settings:
     resume: Path | None
     start: str | None
     composed: Mapping[str, Any]  # complete, as written to config.json
+
+    def __post_init__(self) -> None:
+        is_cad = self.mesh is not None and self.mesh.lower().endswith(SUFFIXES)
+        if self.cad.remove != Remove() and not is_cad and self.resume is None:
+            raise InputError("features are removed from STEP, IGES and BREP files", "cad.remove")
 
     @classmethod
     def of(cls, composed: Node) -> Settings:

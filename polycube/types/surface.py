@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,10 @@ class TriMesh:
     region_shapes : shapes of the CAD faces, such as plane, cylinder, cone, sphere
     region_groups : numbers of the CAD faces of each named group of the file
     region_edges : pairs of CAD faces between which each named edge of the file lies
+    removed : features that were removed from the CAD model: `features`, each with `kind`, `size`
+        (of a hole the diameter, of a fillet the radius), numbers of `faces`, their `names`, `place`
+        and `removed`; `merged`, numbers of faces that became a part of others; `volume_before` and
+        `volume_after`
     name : name of the solid; empty if there is none
     unit : length unit of the coordinates, such as mm; empty if the input states none
     """
@@ -37,6 +41,7 @@ class TriMesh:
     region_shapes: tuple[str, ...] = ()
     region_groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     region_edges: Mapping[str, tuple[tuple[int, ...], ...]] = field(default_factory=dict)
+    removed: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     unit: str = ""
 

@@ -211,6 +211,7 @@ def test_a_file_with_one_solid_is_one_run(tmp_path, capsys):
             (["hex=given.vtu"], "cad.solid=all cannot be combined with hex="),
             (["resume=old", "from=spline"], "resume the run of one solid, in its own folder"),
             (["preflight=places.vtp"], "a file of the places is for one solid"),
+            (["cad.remove.faces=[1]"], "cad.remove.faces are faces of one solid"),
         ],
     ),
 )

@@ -17,6 +17,7 @@ from polycube.io.step.faces import named_faces
 from polycube.io.surfaces import read_surface
 from polycube.surface.measures import genus, volume
 from tests.conftest import first_quick
+from tests.fixtures.step_files import named_by_place
 
 BORED = 100 * 60 * 40 - np.pi * 12**2 * 40  # volume
 WRITE = """
@@ -69,25 +70,6 @@ def test_triangles_know_their_face(step):
         radius = np.linalg.norm(points[:, :2] - [55, 23], axis=1)
         off.append(flat.any() or np.abs(radius - 12).max() < 1e-6)
     assert all(off)
-
-
-def named_by_place(text):
-    """The STEP file with its plane faces named by where they lie, such as "x 5"."""
-    entity = dict(re.findall(r"#(\d+) ?= ?([^;]*);", text))
-
-    def name(face):
-        plane = entity[re.search(r"#(\d+),\.[TF]\.", face[0])[1]]
-        if not plane.startswith("PLANE"):
-            return face[0].replace("''", "'Bore #1'", 1)
-        place = entity[re.search(r"#(\d+)", plane)[1]]
-        point, normal = (
-            np.array(re.findall(r"-?\d+\.[\dE+-]*", entity[n]), float)
-            for n in re.findall(r"#(\d+)", place)[:2]
-        )
-        axis = int(np.abs(normal).argmax())
-        return face[0].replace("''", f"'{'xyz'[axis]} {point[axis]:g}'", 1)
-
-    return re.sub(r"ADVANCED_FACE\([^;]*", name, text)
 
 
 def test_names_of_faces_are_those_of_the_file(tmp_path, step):

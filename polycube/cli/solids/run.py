@@ -44,7 +44,9 @@ def solids_of(cfg: Json) -> list[Solid]:
         if cfg[name]:
             what = f"cad.solid={ALL} cannot be combined with {name}="
             raise InputError(what, "cad.solid", remedy)
-    Cad(**{**cfg["cad"], "solid": None, "materials": None})
+    if Cad(**{**cfg["cad"], "solid": None, "materials": None}).remove.faces:
+        what = f"cad.remove.faces are faces of one solid, which cad.solid={ALL} does not choose"
+        raise InputError(what, "cad.remove.faces", "remove them with the number of the solid")
     path = Path(str(cfg["mesh"]))
     solids = read_solids(path) if is_cad(path) else []
     if len(solids) > 1:

@@ -113,6 +113,7 @@ def _input(state: RunState) -> Numbers:
         "genus": measures.genus(surface),
         "bbox": [surface.vertices.min(0).tolist(), surface.vertices.max(0).tolist()],
         "volume": measures.volume(surface),
+        **({"removed": dict(surface.removed)} if surface.removed else {}),
     }
 
 
