@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.optimize import nnls
 
+from polycube.hexmesh.background.arrangement import cross
 from polycube.surface.measures import face_areas, face_normals, half_edges, unit
 
 from .charts import Charts, chart_ends
@@ -15,7 +16,6 @@ RAYS = 6  # from each chart in each direction
 STEEP = 0.3  # smallest outward component of a border along an axis in which pairs are searched
 
 Seen = tuple[int, int, int, float]  # axis, lower group, upper group, distance between them
-STRIPS = 256  # number of strips of the triangles, of which a ray needs one
 
 
 class Pair(NamedTuple):
@@ -99,7 +99,7 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
     surface = pieces.surface
     corners = surface.vertices[surface.faces]
     middle, areas = corners.mean(axis=1), face_areas(surface)
-    sorted_ = [strips(corners[..., (axis + 1) % 3]) for axis in range(3)]
+    bounds = corners.min(axis=1), corners.max(axis=1)
     result = []
     for chart, label in enumerate(charts.chart_label):
         own_faces = np.flatnonzero(charts.chart == chart)
@@ -108,9 +108,7 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
         axis = int(label) // 2
         for direction in (1.0, -1.0):
             for face in chosen.tolist():
-                hit, distance = first_hit(
-                    corners, *sorted_[axis], middle[face], axis, direction, face
-                )
+                hit, distance = first_hit(corners, bounds, middle[face], axis, direction, face)
                 if hit < 0 or charts.label[hit] != label ^ 1:
                     continue
                 own = int(charts.chart_group[chart])
@@ -148,32 +146,9 @@ def spaced(
     return constants + np.linalg.solve(root.T, -residual[:-1] / residual[-1])
 
 
-def strips(places: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
-    """Sort triangles into strips of one coordinate (F, 3) of their corners.
-
-    Returns
-    -------
-    Start of the first strip, width of a strip, triangles of the strips in sequence, and start of
-    each strip (STRIPS + 1,)
-    """
-    start = float(places.min())
-    width = float(np.ptp(places)) / STRIPS + 1e-30
-    number = np.clip(((places - start) / width).astype(np.int64), 0, STRIPS - 1)
-    first, last = number.min(axis=1), number.max(axis=1)
-    count = last - first + 1
-    triangle = np.repeat(np.arange(len(places)), count)
-    strip = first[triangle] + np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count)
-    order = np.argsort(strip, kind="stable")
-    return start, width, triangle[order], np.searchsorted(strip[order], np.arange(STRIPS + 1))
-
-
-@njit(cache=True)
 def first_hit(
     corners: np.ndarray,
-    start: float,
-    width: float,
-    triangles: np.ndarray,
-    begin: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
     origin: np.ndarray,
     axis: int,
     sign: float,
@@ -181,27 +156,21 @@ def first_hit(
 ) -> tuple[int, float]:
     """First triangle along an axis from a point, and its distance; -1 if there is none.
 
-    start, width, triangles, begin : see `strips`, of the axis after this one
+    Parameters
+    ----------
+    corners, bounds : (F, 3, 3) of the triangles, and their lowest and highest coordinates (F, 3)
+    skip : triangle that does not count
     """
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    best, at = np.inf, -1
-    strip = min(max(int((origin[u] - start) / width), 0), len(begin) - 2)
-    for t in triangles[begin[strip] : begin[strip + 1]]:
-        if t == skip:
-            continue
-        ax, ay = corners[t, 0, u] - origin[u], corners[t, 0, v] - origin[v]
-        bx, by = corners[t, 1, u] - origin[u], corners[t, 1, v] - origin[v]
-        cx, cy = corners[t, 2, u] - origin[u], corners[t, 2, v] - origin[v]
-        a, b, c = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx
-        if not ((a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)):
-            continue
-        total = a + b + c
-        if abs(total) < 1e-18:
-            continue
-        height = (
-            a * corners[t, 0, axis] + b * corners[t, 1, axis] + c * corners[t, 2, axis]
-        ) / total
-        distance = (height - origin[axis]) * sign
-        if 1e-9 < distance < best:
-            best, at = distance, t
-    return at, best
+    across, (low, high) = [(axis + 1) % 3, (axis + 2) % 3], bounds
+    near = np.flatnonzero(((low <= origin) & (origin <= high))[:, across].all(axis=1))
+    a, b, c = np.moveaxis(corners[near][..., across] - origin[across], 1, 0)
+    share = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    total = share.sum(axis=1)
+    is_hit = (share >= 0).all(axis=1) | (share <= 0).all(axis=1)
+    is_hit &= (abs(total) >= 1e-18) & (near != skip)
+    near, share, total = near[is_hit], share[is_hit], total[is_hit]
+    height = (share * corners[near, :, axis]).sum(axis=1) / total
+    distance = (height - origin[axis]) * sign
+    distance = np.append(np.inf, np.where(distance > 1e-9, distance, np.inf))
+    best = distance.argmin()
+    return int(np.append(-1, near)[best]), float(distance[best])
