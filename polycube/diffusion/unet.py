@@ -7,6 +7,8 @@ context * features + time.
 import torch
 from torch import Tensor, nn
 
+from polycube.diffusion.point_network import perceptron
+
 
 class ResidualBlock(nn.Module):
     """Two 3x3 convolutions with batch norm and GELU, plus a shortcut (1x1 if channels change)."""
@@ -54,15 +56,9 @@ class Up(nn.Module):
         return self.blocks(torch.cat([x, skip], dim=1))
 
 
-class Embedding(nn.Sequential):
-    """Linear, GELU, linear: a vector as one number per channel."""
-
-    def __init__(self, inputs: int, outputs: int) -> None:
-        super().__init__(nn.Linear(inputs, outputs), nn.GELU(), nn.Linear(outputs, outputs))
-
-    def forward(self, vector: Tensor) -> Tensor:
-        """(B, inputs) -> (B, outputs, 1, 1)."""
-        return super().forward(vector)[:, :, None, None]
+def _embedding(inputs: int, outputs: int) -> nn.Sequential:
+    """(B, inputs) -> (B, outputs, 1, 1): a vector as one number per channel."""
+    return nn.Sequential(*perceptron(inputs, outputs, outputs), nn.Unflatten(1, (-1, 1, 1)))
 
 
 class UNet(nn.Module):
@@ -88,9 +84,9 @@ class UNet(nn.Module):
         self.up0 = nn.Sequential(
             nn.ConvTranspose2d(2 * width, 2 * width, bottom), nn.GroupNorm(8, 2 * width), nn.ReLU()
         )
-        self.time1, self.time2 = Embedding(1, 2 * width), Embedding(1, width)
-        self.context1 = Embedding(context_length, 2 * width)
-        self.context2 = Embedding(context_length, width)
+        self.time1, self.time2 = _embedding(1, 2 * width), _embedding(1, width)
+        self.context1 = _embedding(context_length, 2 * width)
+        self.context2 = _embedding(context_length, width)
         self.up1 = Up(4 * width, width)
         self.up2 = Up(2 * width, width)
         self.leave = nn.Sequential(
