@@ -142,8 +142,8 @@ def test_charts_that_face_each_other_are_pairs():
 def test_rays_hit_the_same_triangle_in_their_boxes_as_among_all(axis):
     ring = torus()
     corners = ring.vertices[ring.faces]
-    bounds = corners.min(axis=1), corners.max(axis=1)
-    everything = tuple(np.broadcast_to(far, bounds[0].shape) for far in (-np.inf, np.inf))
+    bounds = np.stack([corners.min(axis=1).T, corners.max(axis=1).T])
+    everything = np.broadcast_to([[[-np.inf]], [[np.inf]]], bounds.shape)
     middle = corners.mean(axis=1)
     hits = 0
     for face in range(0, len(corners), 7):

@@ -98,16 +98,17 @@ class LabelLattice(OnGrid, Structure):
             if len(found) == self.kept:
                 break
             own = placement(pieces, entry.label, view.genus, self.least, self.apart)
-            if own is not None and own.bricks.full.size > self.bricks:
+            if own is None:
+                continue
+            full, knots = own[0].full, own[0].knots
+            if full.size > self.bricks:
                 logger.info(
-                    "labels: a lattice of %d bricks, full or empty, is too large",
-                    own.bricks.full.size,
+                    "labels: a lattice of %d bricks, full or empty, is too large", full.size
                 )
                 break
-            if own is not None:
-                on = OnBricks(own.bricks.full, own.bricks.knots, pieces.surface, own.placed)
-                made = on.candidate("labels", view, self.smoothness, entry.cost, brick)
-                found.setdefault(made.key, made)
+            on = OnBricks(full, knots, pieces.surface, own[1])
+            made = on.candidate("labels", view, self.smoothness, entry.cost, brick)
+            found.setdefault(made.key, made)
         logger.info(
             "labels: frame %d, %d pieces, %d candidates", view.number, len(pieces.face), len(found)
         )

@@ -99,7 +99,7 @@ def _through(pieces: Pieces, charts: Charts) -> list[Seen]:
     surface = pieces.surface
     corners = surface.vertices[surface.faces]
     middle, areas = corners.mean(axis=1), face_areas(surface)
-    bounds = corners.min(axis=1), corners.max(axis=1)
+    bounds = np.stack([corners.min(axis=1).T, corners.max(axis=1).T])
     result = []
     for chart, label in enumerate(charts.chart_label):
         own_faces = np.flatnonzero(charts.chart == chart)
@@ -147,22 +147,18 @@ def spaced(
 
 
 def first_hit(
-    corners: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray],
-    origin: np.ndarray,
-    axis: int,
-    sign: float,
-    skip: int,
+    corners: np.ndarray, bounds: np.ndarray, origin: np.ndarray, axis: int, sign: float, skip: int
 ) -> tuple[int, float]:
     """First triangle along an axis from a point, and its distance; -1 if there is none.
 
     Parameters
     ----------
-    corners, bounds : (F, 3, 3) of the triangles, and their lowest and highest coordinates (F, 3)
+    corners, bounds : (F, 3, 3) of the triangles, and their lowest and highest coordinates (2, 3, F)
     skip : triangle that does not count
     """
-    across, (low, high) = [(axis + 1) % 3, (axis + 2) % 3], bounds
-    near = np.flatnonzero(((low <= origin) & (origin <= high))[:, across].all(axis=1))
+    across = [(axis + 1) % 3, (axis + 2) % 3]
+    (low, high), at = bounds[:, across], origin[across, None]
+    near = np.flatnonzero(((low <= at) & (at <= high)).all(axis=0))
     a, b, c = np.moveaxis(corners[near][..., across] - origin[across], 1, 0)
     share = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
     total = share.sum(axis=1)

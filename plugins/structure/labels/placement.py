@@ -1,7 +1,6 @@
 """Positions of a labelled surface on a lattice of bricks: fields, their order, knots."""
 
 import logging
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,35 +14,29 @@ logger = logging.getLogger(__name__)
 NEGLIGIBLE = 0.1  # sum of the distances, in diagonals, below which a pair of charts may be ignored
 
 
-@dataclass(frozen=True, eq=False)
-class Placement:
-    """Bricks of a labelled surface, and the positions of its vertices on them."""
-
-    bricks: Bricks
-    placed: np.ndarray  # (V, 3) in knot numbers
-
-
 def placement(
     pieces: Pieces, label: np.ndarray, genus: int, least: float, apart: float
-) -> Placement | None:
+) -> tuple[Bricks, np.ndarray] | None:
     """Bricks for labels (P,) without lost charts, with knots at creases if possible.
+
+    Also returns the positions (V, 3) of the vertices in knot numbers.
 
     least : smallest distance of charts that face each other, or half of their distance
     apart : closer knots are merged if nothing is lost
     """
-    best: Placement | None = None
+    best: tuple[Bricks, np.ndarray] | None = None
     for with_creases in (True, False):
         found = _placed(pieces, charts(pieces, label, with_creases), genus, least, apart)
-        if found is not None and (best is None or found.bricks.hidden < best.bricks.hidden):
+        if found is not None and (best is None or found[0].hidden < best[0].hidden):
             best = found
-        if best is not None and not best.bricks.hidden:
+        if best is not None and not best[0].hidden:
             break
     return best
 
 
 def _placed(
     pieces: Pieces, charts: Charts, genus: int, least: float, apart: float
-) -> Placement | None:
+) -> tuple[Bricks, np.ndarray] | None:
     """Bricks for charts; None if the charts cannot keep their order or one is lost."""
     order = pairs(pieces, charts)
     matrix = stiffness(pieces.surface)
@@ -69,7 +62,7 @@ def _placed(
         positions(fields[a].values(at[a]), charts.group[a], at[a], bricks.index[a])
         for a in range(3)
     ]
-    return Placement(bricks, np.stack(placed, axis=1))
+    return bricks, np.stack(placed, axis=1)
 
 
 def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:
