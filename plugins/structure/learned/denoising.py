@@ -19,10 +19,11 @@ from polycube.structure.projection import project
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
 from .hypotheses import UNLIKELY, Guess, denoiser_of_grid, guesses, sample
-from .options import DenoisingOptions
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
+
+    from .diffusion import Diffusion
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +34,7 @@ LOOK = 0.3  # cells in the residual equivalent to a face perpendicular to the su
 
 
 def proposed(
-    options: DenoisingOptions, surface: TriMesh, candidates: tuple[Candidate, ...]
+    options: Diffusion, surface: TriMesh, candidates: tuple[Candidate, ...]
 ) -> list[Candidate]:
     """The candidates of the plugin `diffusion`, see its documentation."""
     denoiser = denoiser_of_grid(options.weights, options.grid, options.primitives)
@@ -73,7 +74,7 @@ def proposed(
 
 
 def denoised(
-    options: DenoisingOptions,
+    options: Diffusion,
     denoiser: Denoiser,
     surface: TriMesh,
     batch: list[Guess],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -33,8 +32,7 @@ class Draw(NamedTuple):
     places: np.ndarray  # (V, 3) of the vertices on the polycube, in the frame of the surface
 
 
-@dataclass(frozen=True, eq=False)
-class Cloud:
+class Cloud(NamedTuple):
     """One draw at sample points, in the frame of the surface."""
 
     points: np.ndarray  # (N, 3)
@@ -43,22 +41,20 @@ class Cloud:
     moved: np.ndarray  # (N, 3) from the points to their places on the polycube
 
     def interpolated(self, surface: TriMesh) -> Draw:
-        """A triangle has the mean of nearby points, a vertex that of its triangles."""
-        near = self._near(surface)
-        weight = np.repeat(face_areas(surface), 3)
-        moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
-        number = len(surface.vertices)
-        total = np.bincount(surface.faces.ravel(), weight, number)
-        sums = [np.bincount(surface.faces.ravel(), weight * m, number) for m in moved.T]
-        mean = np.transpose(sums) / np.maximum(total, 1e-30)[:, None]
-        return Draw(self.log_axis[near].mean(axis=1), surface.vertices + mean)
+        """A triangle has the mean of nearby points, a vertex that of its triangles.
 
-    def _near(self, surface: TriMesh) -> np.ndarray:
-        """(F, NEAR) indices of points near the triangles, preferably on the same side of a wall."""
+        Points near a triangle are preferably on the same side of a wall.
+        """
         middle = surface.vertices[surface.faces].mean(axis=1)
         there = np.hstack([middle, LOOK / 2 * face_normals(surface)])
         tree = cKDTree(np.hstack([self.points, LOOK / 2 * self.normals]))
-        return tree.query(there, k=NEAR)[1]
+        near = tree.query(there, k=NEAR)[1]
+        corners, number = surface.faces.ravel(), len(surface.vertices)
+        moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
+        weight = np.repeat(face_areas(surface), 3)
+        sums = [np.bincount(corners, weight * m, number) for m in (*moved.T, 1.0)]
+        mean = np.transpose(sums[:3]) / np.maximum(sums[3], 1e-30)[:, None]
+        return Draw(self.log_axis[near].mean(axis=1), surface.vertices + mean)
 
 
 def draw(

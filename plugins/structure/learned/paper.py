@@ -18,7 +18,7 @@ from polycube.registry import choice, register, setting
 from polycube.types import Candidate, Tier, TriMesh
 
 from ..given import Given
-from .options import DenoisingOptions
+from .diffusion import Diffusion
 
 
 @register("structure", "paper")
@@ -61,7 +61,7 @@ class Paper(Given, Structure):
         if denoiser is None:
             return []
         placed = best_of_each(super().__call__(surface, candidates))[: self.tried]
-        options = DenoisingOptions(
+        options = Diffusion(
             grid=self.grid, primitives=self.primitives, sampler=self.sampler, seed=self.seed
         )
         batch = as_guesses(placed)
