@@ -7,7 +7,6 @@ in voxels, boxes are (y low, y high, z low, z high) in voxels, with exclusive up
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
 
 PLANE = np.zeros((3, 3, 3), bool)  # neighbours in a slice
@@ -82,7 +81,6 @@ def _extent(used: np.ndarray) -> np.ndarray:
     return np.where(used.any(axis=1), last - used.argmax(axis=1), 0)
 
 
-@njit(cache=True)
 def _band_gain(rows: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """(X,) largest sum of gaps / 2 - rows over a band of rows inside the solid.
 
@@ -90,17 +88,12 @@ def _band_gain(rows: np.ndarray, gaps: np.ndarray) -> np.ndarray:
         outermost rows and is at least 12 % of the extent wide; -inf if there is no room for one.
     """
     gain = np.full(len(rows), -np.inf)
-    for x in range(len(rows)):
-        used = np.flatnonzero(rows[x])
-        if len(used) == 0 or used[-1] - used[0] < 3:
-            continue
-        low, high = used[0] + 1, used[-1]
+    for x, (row, gap) in enumerate(zip(rows, gaps, strict=True)):
+        used = np.flatnonzero(row)
+        low, high = (used[0] + 1, used[-1]) if len(used) else (0, 0)
         wide = max(2, int(0.12 * (high - low + 2)))
-        total = np.zeros(high - low + 1)
-        for i in range(low, high):
-            total[i - low + 1] = total[i - low] + 0.5 * gaps[x, i] - rows[x, i]
-        least = np.inf
-        for end in range(wide, high - low + 1):
-            least = min(least, total[end - wide])
-            gain[x] = max(gain[x], total[end] - least)
+        if high - low < wide:
+            continue
+        total = np.append(0, np.cumsum(gap[low:high] / 2 - row[low:high]))
+        gain[x] = (total[wide:] - np.minimum.accumulate(total[:-wide])).max()
     return gain
