@@ -1,9 +1,8 @@
-"""Denoise the part in the frames of probable contexts, and rank the results."""
+"""Denoise the part in the frames of guesses, and measure how well the results fit."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,66 +17,23 @@ from polycube.structure.lattice import OUTWARD, boundary, lattice
 from polycube.structure.projection import project
 from polycube.types import Candidate, Polycube, RoughMap, TriMesh
 
-from .hypotheses import UNLIKELY, Guess, denoiser_of_grid, guesses, sample
+from .hypotheses import UNLIKELY, Guess, sample
 
 if TYPE_CHECKING:
     from polycube.diffusion.denoiser import Denoiser
 
-    from .diffusion import Diffusion
-
-logger = logging.getLogger(__name__)
-
-N_COMPARED = 2000  # points of a part at which two rough maps are compared
 EDGE = 0.02  # share of the points outside of each side of the box of a noisy result
 SMOOTH, OUTLIER = 3e-4, 0.2  # parameters of the fit of the rough map
 LOOK = 0.3  # cells in the residual equivalent to a face perpendicular to the surface
 
 
-def proposed(
-    options: Diffusion, surface: TriMesh, candidates: tuple[Candidate, ...]
-) -> list[Candidate]:
-    """The candidates of the plugin `diffusion`, see its documentation."""
-    denoiser = denoiser_of_grid(options.weights, options.grid, options.primitives)
-    if denoiser is None:
-        return []
-    probable = guesses(denoiser, surface, options.primitives, options.frames, options.seed)
-    same_grid = [c for c in candidates if tuple(c.polycube.grid) == tuple(options.grid)]
-    earlier = best_of_each(same_grid)
-    given = any(candidate.proposal == "given" for candidate in candidates)
-    # the cost is within the margin if all residuals are equal
-    least = probable[0].log_likelihood - options.margin / UNLIKELY if probable else 0.0
-    likely = [guess for guess in probable[: options.tried] if guess.log_likelihood >= least]
-    tried = likely * (not given) + as_guesses(earlier[: options.samples], probable)
-    found = best_of_each(denoised(options, denoiser, surface, tried)) if tried else []
-    close = [c for c in found if c.cost <= found[0].cost + options.margin]
-    earlier_of = {candidate.key: candidate for candidate in earlier}
-    updated = []  # earlier candidates with the trajectory and the probability of the new ones
-    for c in found:
-        if c.key in earlier_of:
-            old, p = earlier_of[c.key], c.probability
-            updated.append(replace(old, trajectory=c.trajectory, steps=c.steps, probability=p))
-    new = [c for c in close if c.key not in earlier_of][: options.kept]
-    points, _ = sample(surface, N_COMPARED, np.random.default_rng(options.seed))
-    better_placed = [
-        c
-        for c in close
-        if c.key in earlier_of and (c is found[0] or _is_nearer(c, earlier_of[c.key], points))
-    ]
-    logger.info(
-        "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s",
-        len(found),
-        len(new),
-        len(better_placed),
-        ", ".join(f"{candidate.cost:.3f}" for candidate in new + better_placed) or "none",
-    )
-    return updated + sorted(new + better_placed, key=lambda candidate: candidate.cost)
-
-
 def denoised(
-    options: Diffusion,
     denoiser: Denoiser,
     surface: TriMesh,
     batch: list[Guess],
+    primitives: Mapping[str, np.ndarray],
+    sampler: Mapping[str, object],
+    seed: int,
     proposal: str = "diffusion",
     assigns: bool = False,
 ) -> list[Candidate]:
@@ -87,12 +43,12 @@ def denoised(
     """
     from polycube.diffusion.process import kept_steps
 
-    sampler, steps = build("sampler", options.sampler), tuple(kept_steps(denoiser.process.steps))
+    steps = tuple(kept_steps(denoiser.process.steps))
     counts = np.array([len(denoiser.pixels(guess.polycube.context)) for guess in batch])
     found: dict[int, Candidate] = {}
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count).tolist()
-        points, normals = sample(surface, count, np.random.default_rng(options.seed))
+        points, normals = sample(surface, count, np.random.default_rng(seed))
         turns = [batch[index].rotation for index in rows]
         contexts = [batch[index].polycube.context for index in rows]
         placed = [
@@ -103,8 +59,8 @@ def denoised(
             np.stack(placed),
             np.stack([normals @ turn.T for turn in turns]),
             contexts,
-            sampler,
-            options.seed,
+            build("sampler", sampler),
+            seed,
         )
         for row, index in enumerate(rows):
             guess, order = batch[index], np.arange(count)
@@ -113,7 +69,7 @@ def denoised(
             if assigns:
                 x_0 = _boxed(x_0, polycube)
                 order = _assigned(points, x_0, *box)
-            solid = lattice(options.grid, polycube.context, options.primitives)
+            solid = lattice(polycube.grid, polycube.context, primitives)
             regular, axis = project(solid, x_0, [log_p[row] for log_p in result.log_labels])
             own, facing = points[order], normals[order] @ guess.rotation.T
             fitted = _fit(regular, own, polycube, *box)
@@ -159,7 +115,7 @@ def as_guesses(earlier: list[Candidate], probable: Sequence[Guess] = ()) -> list
     return [Guess(c.polycube, _rotation(c), c.key, *known.get(c.key, lowest)) for c in earlier]
 
 
-def _is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:
+def is_nearer(new: Candidate, old: Candidate, points: np.ndarray) -> bool:
     """Whether the new rough map is closer to points (N, 3) of the part than the old one."""
     distances = [
         cKDTree(points).query(placed)[0].mean() + cKDTree(placed).query(points)[0].mean()

@@ -7,14 +7,21 @@ differences between the normals of the surface and those of the polycube faces t
 are mapped.
 """
 
+import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
+
+import numpy as np
 
 from polycube.kinds import Structure
 from polycube.registry import choice, register, setting
 from polycube.structure.primitives import OnGrid
 from polycube.types import Candidate, Tier, TriMesh
+
+logger = logging.getLogger(__name__)
+
+N_COMPARED = 2000  # points of a part at which two rough maps are compared
 
 
 @register("structure", "diffusion")
@@ -58,6 +65,41 @@ class Diffusion(OnGrid, Structure):
         these share their rough map with the earlier ones. The best of all is always proposed. The
         list is empty if the weights were trained for another grid or other primitives.
         """
-        from .denoising import proposed
+        from .denoising import as_guesses, best_of_each, denoised, is_nearer
+        from .hypotheses import UNLIKELY, denoiser_of_grid, guesses, sample
 
-        return proposed(self, surface, candidates)
+        denoiser = denoiser_of_grid(self.weights, self.grid, self.primitives)
+        if denoiser is None:
+            return []
+        probable = guesses(denoiser, surface, self.primitives, self.frames, self.seed)
+        same_grid = [c for c in candidates if tuple(c.polycube.grid) == tuple(self.grid)]
+        earlier = best_of_each(same_grid)
+        is_given = any(candidate.proposal == "given" for candidate in candidates)
+        # the cost is within the margin if all residuals are equal
+        least = probable[0].log_likelihood - self.margin / UNLIKELY if probable else 0.0
+        likely = [guess for guess in probable[: self.tried] if guess.log_likelihood >= least]
+        tried = likely * (not is_given) + as_guesses(earlier[: self.samples], probable)
+        how = self.primitives, self.sampler, self.seed
+        found = best_of_each(denoised(denoiser, surface, tried, *how))
+        close = [c for c in found if c.cost <= found[0].cost + self.margin]
+        earlier_of = {candidate.key: candidate for candidate in earlier}
+        updated = []  # earlier candidates with the trajectory and the probability of the new ones
+        for c in found:
+            if c.key in earlier_of:
+                old, p = earlier_of[c.key], c.probability
+                updated.append(replace(old, trajectory=c.trajectory, steps=c.steps, probability=p))
+        new = [c for c in close if c.key not in earlier_of][: self.kept]
+        points, _ = sample(surface, N_COMPARED, np.random.default_rng(self.seed))
+        better_placed = [
+            c
+            for c in close
+            if c.key in earlier_of and (c is found[0] or is_nearer(c, earlier_of[c.key], points))
+        ]
+        logger.info(
+            "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s",
+            len(found),
+            len(new),
+            len(better_placed),
+            ", ".join(f"{candidate.cost:.3f}" for candidate in new + better_placed) or "none",
+        )
+        return updated + sorted(new + better_placed, key=lambda candidate: candidate.cost)

@@ -18,7 +18,6 @@ from polycube.registry import choice, register, setting
 from polycube.types import Candidate, Tier, TriMesh
 
 from ..given import Given
-from .diffusion import Diffusion
 
 
 @register("structure", "paper")
@@ -61,8 +60,5 @@ class Paper(Given, Structure):
         if denoiser is None:
             return []
         placed = best_of_each(super().__call__(surface, candidates))[: self.tried]
-        options = Diffusion(
-            grid=self.grid, primitives=self.primitives, sampler=self.sampler, seed=self.seed
-        )
-        batch = as_guesses(placed)
-        return best_of_each(denoised(options, denoiser, surface, batch, "paper", assigns=True))
+        given = as_guesses(placed), self.primitives, self.sampler, self.seed
+        return best_of_each(denoised(denoiser, surface, *given, proposal="paper", assigns=True))
