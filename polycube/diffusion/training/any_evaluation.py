@@ -3,7 +3,6 @@
 Distances are in units of the learning frame, in which the longest edge of a part is 2.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from itertools import islice
 
@@ -12,7 +11,7 @@ import numpy as np
 from polycube.diffusion.denoiser import Denoiser, Sampler
 from polycube.diffusion.pairs.any_structure import LatticePair, LatticePairs, Part
 from polycube.diffusion.pairs.lattices import MOST_SLABS
-from polycube.diffusion.training.evaluation import Columns, distances, one_step
+from polycube.diffusion.training.evaluation import Columns, distances, sampled
 from polycube.errors import InputError
 from polycube.structure.lattice import genus
 from polycube.surface.measures import diagonal
@@ -44,25 +43,20 @@ def evaluate_any(
     columns: list[Columns] = []
     for first in range(0, n_pairs, batch_size):
         made = [pairs(index) for index in range(first, min(first + batch_size, n_pairs))]
-        points, normals = (np.stack([getattr(p, n) for p in made]) for n in ("geometry", "normals"))
-        genera = [pair.genus for pair in made]
-        began = time.perf_counter()
-        denoised = denoiser.denoise(points, normals, genera, sampler, seed)
-        each = (time.perf_counter() - began) / len(made)
-        direct = denoiser.denoise(points, normals, genera, one_step, seed).points
-        for k, pair in enumerate(made):
-            labels = [log_p[k].argmax(axis=1) for log_p in denoised.log_labels]
+        samples = zip(made, sampled(denoiser, made, sampler, seed), strict=True)
+        for pair, (x_0, x_1, seconds, *log_labels) in samples:
             columns.append(
                 {
-                    "error": distances(denoised.points[k], pair.polycube),
-                    "error_one_step": distances(direct[k], pair.polycube),
+                    "error": distances(x_0, pair.polycube),
+                    "error_one_step": distances(x_1, pair.polycube),
                     "error_untouched": distances(pair.geometry, pair.polycube),
                     "nearest_axis": nearest_axis(pair.normals) == pair.labels[:, 0],
-                    "seconds_in_batch": np.array([each]),
+                    "seconds_in_batch": seconds,
                 }
             )
-            for i, name in enumerate(denoiser.condition.labels if labels else ()):
-                columns[-1][f"labelled_{name}"] = labels[i] == pair.labels[:, i]
+            labels = zip(denoiser.condition.labels, log_labels, pair.labels.T, strict=False)
+            for name, log_p, label in labels:
+                columns[-1][f"labelled_{name}"] = log_p.argmax(axis=1) == label
     return columns
 
 

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from polycube.diffusion.denoiser import Denoiser, Sampler
-from polycube.diffusion.pairs.pairs import Pair, Pairs
+from polycube.diffusion.pairs.pairs import Pair, Pairs, Points
 from polycube.diffusion.pairs.templates import Context, turned_contexts
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.structure.lattice import (
@@ -64,17 +64,11 @@ def evaluate(
     polycubes = {c: lattice(pairs.grid, c, primitives) for c in {p.context for p in made}}
     for batch in _batches(made, batch_size):
         chosen = [made[i] for i in batch]
-        points, normals = _stacked(chosen)
-        contexts = [pair.context for pair in chosen]
-        began = time.perf_counter()
-        denoised = denoiser.denoise(points, normals, contexts, sampler, seed)
-        each = (time.perf_counter() - began) / len(batch)
-        first = denoiser.denoise(points, normals, contexts, one_step, seed).points
-        of_pairs = zip(batch, chosen, denoised.points, first, *denoised.log_labels, strict=True)
-        for i, pair, x_0, x_1, *log_labels in of_pairs:
+        samples = zip(batch, chosen, sampled(denoiser, chosen, sampler, seed), strict=True)
+        for i, pair, (x_0, x_1, seconds, *log_labels) in samples:
             columns[i] |= point_columns(pair, polycubes[pair.context], x_0, x_1, log_labels)
             if len(batch) == batch_size:
-                columns[i]["seconds_in_batch"] = np.array([each])
+                columns[i]["seconds_in_batch"] = seconds
     for pair, found in list(zip(made, columns, strict=True))[:TIMED]:
         began = time.perf_counter()
         denoiser.denoise(*_stacked([pair]), [pair.context], sampler, seed)
@@ -84,6 +78,18 @@ def evaluate(
         for found, ranks in zip(columns, every, strict=True):
             found |= ranks
     return made, columns
+
+
+def sampled(
+    denoiser: Denoiser, pairs: Sequence[Points], sampler: Sampler, seed: int
+) -> list[tuple[np.ndarray, ...]]:
+    """Of each pair x_0 (N, 3), the first prediction (N, 3), the time (1,), and the log-labels."""
+    given = *_stacked(pairs), [denoiser.condition.value_of(pair) for pair in pairs]
+    began = time.perf_counter()
+    found = denoiser.denoise(*given, sampler, seed)
+    seconds = np.full((len(pairs), 1), (time.perf_counter() - began) / len(pairs))
+    first = denoiser.denoise(*given, one_step, seed).points
+    return list(zip(found.points, first, seconds, *found.log_labels, strict=True))
 
 
 def summary(columns: Sequence[Columns]) -> dict[str, float]:
@@ -204,7 +210,7 @@ def _batches(made: Sequence[Pair], size: int) -> Iterator[list[int]]:
         yield from (group[i : i + size] for i in range(0, len(group), size))
 
 
-def _stacked(made: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
+def _stacked(made: Sequence[Points]) -> tuple[np.ndarray, np.ndarray]:
     """Points and normals (B, N, 3)."""
     return np.stack([p.geometry for p in made]), np.stack([p.normals for p in made])
 
