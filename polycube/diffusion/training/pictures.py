@@ -78,11 +78,9 @@ def curves(folder: Path) -> dict[str, np.ndarray]:
 
 def draw(measured: Curves, path: Path) -> Path:
     """Write a PNG: the loss and the held-out error of a training by step."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 3.6), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     if LOSS in measured:
         line = left.plot(*measured[LOSS].T, lw=0.6, alpha=0.4)[0]
