@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_matrix
 
-from polycube.surface.measures import connected, half_edges
+from polycube.surface.measures import connected, twins
 from polycube.types import TriMesh
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
@@ -194,12 +194,7 @@ def _farthest(faces: Faces, own: np.ndarray, end: int, size: float) -> np.ndarra
 
 
 def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
-    n = faces.shape[1]
-    edges = np.sort(half_edges(faces), axis=1)
-    order = np.lexsort(edges.T)
-    edges, face = edges[order], order // n
-    same = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
-    a, b = face[same], face[same + 1]
+    a, b = (half // faces.shape[1] for half in twins(faces))
     normal = measured.normal / np.linalg.norm(measured.normal, axis=1).clip(1e-300)[:, None]
     step = measured.middle[b] - measured.middle[a]
     inwards = ((normal[a] - normal[b]) * step).sum(axis=1)

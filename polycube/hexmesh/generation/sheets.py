@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from polycube.hexmesh import connectivity
-from polycube.surface.measures import connected, half_edges
+from polycube.surface.measures import edges, fans
 from polycube.types import HexMesh
 
 
@@ -18,17 +18,9 @@ def has_sheet(mesh: HexMesh, inside: np.ndarray) -> bool:
     faces = mesh.hexes[:, connectivity.FACES].reshape(-1, 4)[_faces_between(mesh, inside)]
     if len(faces) == 0:
         return False
-    # corners of faces, connected across the sides that two faces share
-    corner = np.arange(faces.size).reshape(-1, 4)
-    ends, at = half_edges(faces), half_edges(corner)
-    order = np.argsort(ends, axis=1)
-    _, side, count = connectivity.unique_rows(np.take_along_axis(ends, order, axis=1))
-    if (count > 2).any():
+    if (edges(faces)[1] > 2).any():
         return False
-    shared = np.argsort(side, kind="stable")[(count == 2)[np.sort(side)]]
-    one, other = np.take_along_axis(at, order, axis=1)[shared].reshape(-1, 2, 2).transpose(1, 0, 2)
-    fans = connected(one.ravel(), other.ravel(), faces.size)
-    return bool(fans.max() + 1 == len(np.unique(faces)))
+    return bool(fans(faces).max() + 1 == len(np.unique(faces)))
 
 
 def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh:
