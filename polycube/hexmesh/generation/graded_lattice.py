@@ -23,17 +23,10 @@ AROUND = np.ones((3, 3, 3), bool)
 ROUNDS = 30  # rounds of growth of the fine region
 
 
-class Level(NamedTuple):
-    """Blocks of one size, and which of them are divided."""
-
-    fine: np.ndarray  # (X, Y, Z)
-    inner: np.ndarray  # (X, Y, Z) blocks with only fine neighbours: they become eight smaller ones
-
-
 class Plan(NamedTuple):
     """Blocks to divide and occupied cells, on a lattice padded to pairs of the largest blocks."""
 
-    levels: tuple[Level, ...]  # blocks of two cells, of four, etc.
+    fine: list[np.ndarray]  # (X, Y, Z) divided blocks, of two cells, of four, etc.
     cells: np.ndarray  # (X, Y, Z) occupied cells, equal in each block that becomes a hex
 
 
@@ -67,19 +60,19 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
         shares.append(shares[-1].reshape(_pairs_shape(shares[-1])).mean(axis=(1, 3, 5)))
         wanted.append(_reduced(cells, number) & (shares[-1] > 0))
     for _ in range(ROUNDS):
-        levels = _levels(wanted)
+        fine = _fine(wanted)
         cells = shares[-1] >= 0.5
-        for share, level in zip(shares[-2::-1], levels[::-1], strict=True):
-            cells = np.where(_cells(level.inner), share >= 0.5, _cells(cells))
+        for share, blocks in zip(shares[-2::-1], fine[::-1], strict=True):
+            cells = np.where(_cells(_inner(blocks)), share >= 0.5, _cells(cells))
         defects = _topology_defects(cells)
         if not defects.any():
-            is_small = bool(levels[0].fine[shares[1] > 0].all())
-            return Plan(levels, cells) if cells.any() and not is_small else None
+            is_small = bool(fine[0][shares[1] > 0].all())
+            return Plan(fine, cells) if cells.any() and not is_small else None
         grown = False
         # whether blocks are divided into blocks of this level
         cut = np.ones(wanted[-1].shape, bool)
-        for number in range(len(levels), 0, -1):
-            inner = levels[number - 1].inner
+        for number in range(len(fine), 0, -1):
+            inner = _inner(fine[number - 1])
             more = _reduced(defects, number) & (shares[number] > 0) & cut & ~inner
             grown |= bool((more & ~wanted[number - 1]).any())
             wanted[number - 1] |= more
@@ -89,15 +82,19 @@ def planned(full: np.ndarray, needed: Sequence[np.ndarray]) -> Plan | None:
     return None
 
 
-def _levels(wanted: Sequence[np.ndarray]) -> tuple[Level, ...]:
+def _fine(wanted: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Blocks divided so that the wanted ones are inner ones, and those around finer ones."""
-    levels: list[Level] = []
+    fine: list[np.ndarray] = []
     for blocks in wanted:
-        if levels:
-            blocks = blocks | _any_of_eight(binary_dilation(levels[-1].fine, AROUND))
-        fine = _complete_pairs(binary_dilation(blocks, AROUND))
-        levels.append(Level(fine, binary_erosion(fine, AROUND)))
-    return tuple(levels)
+        if fine:
+            blocks = blocks | _any_of_eight(binary_dilation(fine[-1], AROUND))
+        fine.append(_complete_pairs(binary_dilation(blocks, AROUND)))
+    return fine
+
+
+def _inner(fine: np.ndarray) -> np.ndarray:
+    """(X, Y, Z) blocks with only fine neighbours: they become eight smaller ones."""
+    return binary_erosion(fine, AROUND)
 
 
 def _topology_defects(cells: np.ndarray) -> np.ndarray:
@@ -142,20 +139,20 @@ def _cut(plan: Plan) -> HexMesh | None:
 
     The `cell` of a hex is the number of its block, see `_blocks`.
     """
-    last, top = len(plan.levels), plan.levels[-1]
+    last, top = len(plan.fine), plan.fine[-1]
     step = 2**last
-    coarse = plan.cells[::step, ::step, ::step] & ~top.inner
-    selected = binary_dilation(top.fine, AROUND) | coarse
+    coarse = plan.cells[::step, ::step, ::step] & ~_inner(top)
+    selected = binary_dilation(top, AROUND) | coarse
     while (more := _pinched(selected)).any():
         selected |= more
     blocks = np.argwhere(selected)
     corners = blocks[:, None] + PLACES
-    shape = np.array(top.fine.shape) + 1
+    shape = np.array(top.shape) + 1
     used, hexes = np.unique(np.ravel_multi_index(corners.T, shape).T, return_inverse=True)
     places = step * np.stack(np.unravel_index(used, shape), axis=1).astype(float)
     mesh = hex_mesh(places, hexes.reshape(-1, 8), cell=_numbers(plan, last, step * blocks))
     for number in range(last, 0, -1):
-        fine = plan.levels[number - 1].fine
+        fine = plan.fine[number - 1]
         for axis in range(3):
             for parity in (0, 1):
                 level, first = _blocks(plan, mesh)
@@ -173,7 +170,7 @@ def _cut(plan: Plan) -> HexMesh | None:
 def _halved(mesh: HexMesh, plan: Plan, number: int) -> HexMesh:
     """The mesh in which the parts of inner blocks have become blocks of the level below."""
     level, first = _blocks(plan, mesh)
-    inner = plan.levels[number - 1].inner
+    inner = _inner(plan.fine[number - 1])
     parts = np.flatnonzero(level == number)
     parts = parts[inner[tuple(first[parts].T >> number)]]
     half, vertices = 2 ** (number - 1), mesh.vertices.copy()
