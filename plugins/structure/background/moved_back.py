@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.connectivity import EDGES, edges, genus, hex_mesh, quad_edges
+from polycube.hexmesh.connectivity import CORNERS, EDGES, edges, genus, hex_mesh, quad_edges
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.numerics.harmonic import harmonic
@@ -112,12 +112,8 @@ def _on_curves(
     return along, on_curve, on_corner
 
 
-def _others(edge: np.ndarray, end: int) -> list[int]:
-    return [k for k in EDGES[(EDGES == end).any(axis=1)].ravel().tolist() if k not in edge]
-
-
 # (12, 2, 2) the two other neighbours of each end of a local edge
-BESIDE = np.array([[_others(edge, end) for end in edge] for edge in EDGES])
+BESIDE = np.array([[np.setdiff1d(CORNERS[end], edge) for end in edge] for edge in EDGES])
 
 
 def collapsed(mesh: HexMesh, ends: np.ndarray, is_fixed: np.ndarray) -> HexMesh:
