@@ -148,15 +148,12 @@ class Inspection:
     @cached_property
     def lost_faces(self) -> tuple[str, ...]:
         """CAD faces without a boundary quad: the name in the CAD file if unique, or the set."""
+        if not len(self.surface.region):
+            return ()
         names = self.surface.region_names
         unique = {n: name for n, name in enumerate(names, 1) if name and names.count(name) == 1}
-        return tuple(unique.get(number, face_set(self.surface, number)) for number in self._lost)
-
-    @cached_property
-    def _lost(self) -> list[int]:
-        if not len(self.surface.region):
-            return []
-        return np.setdiff1d(self.surface.region, quad_regions(self.mesh, self.surface)[0]).tolist()
+        lost = np.setdiff1d(self.surface.region, quad_regions(self.mesh, self.surface)[0]).tolist()
+        return tuple(unique.get(number, face_set(self.surface, number)) for number in lost)
 
     @cached_property
     def _on_boundary(self) -> Samples:
