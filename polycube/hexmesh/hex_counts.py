@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import neighbours, on_faces, quad_sides
-from polycube.surface.measures import connected, half_edges
+from polycube.hexmesh.connectivity import neighbours, quad_sides
+from polycube.surface.measures import connected, open_edges
 from polycube.types import HexMesh
 
 RIM = 0.5  # of the longest border curve: shorter curves do not count
@@ -17,18 +17,13 @@ def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     count : (Q,) number of hexes on the path
     end : (Q,) number of the boundary quad at the end of the path
     """
-    beyond = np.full(6 * len(mesh.hexes), -1)
+    side = np.arange(0, 6 * len(mesh.hexes), 2)  # opposite sides of a hex are consecutive
     first, second = neighbours(mesh.hexes)
-    beyond[first], beyond[second] = second, first
-    owner, side = quad_sides(mesh)
-    start = 6 * owner + side
-    quad = on_faces(mesh, np.arange(len(start))).ravel()
-    face, count, active = start ^ 1, np.ones(len(start), np.int64), np.arange(len(start))
-    while len(active):
-        active = active[beyond[face[active]] >= 0]
-        face[active] = beyond[face[active]] ^ 1  # opposite faces of a hex have consecutive numbers
-        count[active] += 1
-    return count, quad[face]
+    path = connected(np.append(side, first), np.append(side + 1, second), 6 * len(mesh.hexes))
+    own = path.reshape(-1, 6)[quad_sides(mesh)]
+    end, ends = np.empty(len(own), np.int64), np.argsort(own, kind="stable").reshape(-1, 2)
+    end[ends] = ends[:, ::-1]
+    return np.bincount(path)[own] // 2, end
 
 
 def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
@@ -46,10 +41,8 @@ def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     -------
     (E, 2) edges of each curve, unordered; none if the faces have no border
     """
-    edges = half_edges(faces)
-    n = len(points)
-    border = edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
-    group = connected(border[:, 0], border[:, 1], n)[border[:, 0]]
+    border = open_edges(faces)
+    group = connected(border[:, 0], border[:, 1], len(points))[border[:, 0]]
     curves = [border[group == k] for k in np.unique(group)]
     length = [curve_length(points, curve) for curve in curves]
     return [c for c, own in zip(curves, length, strict=True) if own >= RIM * max(length, default=0)]

@@ -21,7 +21,7 @@ from polycube.hexmesh.generation.requests import Request
 from polycube.hexmesh.generation.requests_met import check_requests, wall_of
 from polycube.hexmesh.generation.sizing import Counts, number_of_hexes
 from polycube.hexmesh.generation.template import mesh
-from polycube.hexmesh.hex_counts import rims, through
+from polycube.hexmesh.hex_counts import curve_length, rims, through
 from polycube.hexmesh.named_sets import kind_of
 from polycube.hexmesh.settings import edges_around
 from polycube.structure.rough_map import identity_map
@@ -153,9 +153,9 @@ class Lattice:
 
     def round_rims(self, quads: np.ndarray, wanted: Callable[[float], float]) -> list[Demand]:
         """Demand for a number of edges on each rim of some quads, by its length."""
-        x, curves = self.near.vertices, rims(self.near.vertices, self.near.quads[quads])
-        lengths = [np.linalg.norm(np.diff(x[each], axis=1), axis=2).sum() for each in curves]
-        return [self.demand(c, wanted(float(n))) for c, n in zip(curves, lengths, strict=True)]
+        x = self.near.vertices
+        curves = rims(x, self.near.quads[quads])
+        return [self.demand(curve, wanted(curve_length(x, curve))) for curve in curves]
 
     def along(self, quads: np.ndarray, size: float) -> list[Demand]:
         """Demand for a length of the edges of some quads."""
@@ -222,8 +222,6 @@ class Lattice:
             interval[own] = self.first[a] + np.searchsorted(knots, middle[own, a]) - 1
         number = np.bincount(interval, minlength=len(self.parts))
         places = self.near.vertices[ends]
-        long = np.bincount(
-            interval, np.linalg.norm(places[:, 1] - places[:, 0], axis=1), len(self.parts)
-        )
-        times = number / self.parts
+        apart = np.linalg.norm(places[:, 1] - places[:, 0], axis=1)
+        long, times = np.bincount(interval, apart, len(self.parts)), number / self.parts
         return Demand(times, long / np.maximum(times, 1e-300), wanted)
