@@ -176,10 +176,9 @@ def arcs(pieces: Pieces) -> Arcs:
 def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Arc (E,) of each border edge: edges connected at points with exactly two of them."""
     point, edge = ends.ravel(), np.repeat(np.arange(len(ends)), 2)
-    order = np.argsort(point, kind="stable")
-    point, edge = point[order], edge[order]
-    joined = (point[1:] == point[:-1]) & (count[point[1:]] == 2)
-    return connected(edge[:-1][joined], edge[1:][joined], len(ends))
+    inner = count[point] == 2
+    link = len(ends) + point[inner]
+    return connected(edge[inner], link, len(ends) + len(count))[: len(ends)]
 
 
 def _fans(
