@@ -74,13 +74,10 @@ def draw(
 
     Parameters
     ----------
-    n_draws
-        Number of draws.
-    n_clouds
-        Number of sets of sample points in each draw.
-    n_passes
-        Largest number of passes of the network. Two draws have one pass, the next two have two, and
-        so on. The input of a further pass is the surface as moved by the pass before.
+    n_draws : number of draws
+    n_clouds : number of sets of sample points in each draw
+    n_passes : largest number of passes of the network; two draws have one pass, the next two have
+        two, and so on; the input of a further pass is the surface as moved by the pass before
     """
     rng = np.random.default_rng(seed)
     turns = rotations()[rng.integers(24, size=n_draws)]
