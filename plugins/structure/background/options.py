@@ -65,7 +65,6 @@ class ColumnStructure(OnGrid, Structure):
         """One candidate with hexes; none if the part has no such section, or good hexes already."""
         from polycube.hexmesh.background.background import NoBackgroundError
         from polycube.hexmesh.generation.blocks import candidate
-        from polycube.hexmesh.generation.quads import NoQuadsError
         from polycube.hexmesh.generation.requests_met import missing
         from polycube.surface.measures import volume
 
@@ -85,7 +84,7 @@ class ColumnStructure(OnGrid, Structure):
                 raise NoBackgroundError(f"it needs more than max_hexes {self.max_hexes}")
             if self.at and max(missing(blocks, surface, requests_of(self.at))) > 0:
                 raise NoBackgroundError("it does not have the numbers of hexes of meshing.at")
-        except (NoBackgroundError, NoQuadsError) as reason:
+        except NoBackgroundError as reason:
             logger.info("%s: nothing is proposed, because %s", self.proposal, reason)
             return []
         found = candidate(blocks, surface, brick, self.proposal)
@@ -116,7 +115,7 @@ class ColumnStructure(OnGrid, Structure):
 
         Raises
         ------
-        NoBackgroundError, NoQuadsError
+        NoBackgroundError
             If it has no such section.
         """
 

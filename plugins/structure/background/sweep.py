@@ -1,4 +1,4 @@
-"""Hexes of a section that is moved: along an axis, along a path, through a sheet with bends."""
+"""Hexes of a section that is moved: along an axis or a path, in a bent sheet, about an axis."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 UPWARD = np.array([0.0, 0.0, 1.0])
 TURN = np.pi / 8  # largest angle of a hex in a bend
+CORE = 0.55  # radius of the core, relative to the smallest radius of the profile
+SMALLEST = 0.03  # of the largest radius of the profile: smaller radii are tips
+PROBES = 4  # angles between two levels at which cells must be equally full
+LONGEST = 1.5  # of the size: largest edge round the axis
 
 
 @register("structure", "sweep")
@@ -117,3 +121,72 @@ class Sheet(Sweep):
         if abs(volume(mesh) / measures.volume(surface) - 1) > FILLED:
             raise NoBackgroundError("it overlaps itself when it is unfolded")
         return mesh
+
+
+@register("structure", "turned")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Turned(ColumnStructure):
+    """Mesh the profile of a turned part with quads, and revolve them about its axis.
+
+    For shafts, rings, pulleys, sleeves and their halves and sectors, with chamfers, fillets, cones
+    and spheres. Around the axis, a disc of quads is swept along it.
+    """
+
+    proposal: ClassVar[str] = "turned"
+
+    def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of a profile, and of the core along the axis."""
+        from polycube.hexmesh.background.arrangement import arrangement
+        from polycube.hexmesh.background.background import NoBackgroundError
+        from polycube.hexmesh.background.cells import cells
+        from polycube.hexmesh.background.columns import columns, core, joined
+        from polycube.hexmesh.background.curves import curves, curves_round
+        from polycube.hexmesh.background.section import section
+        from polycube.surface.measures import diagonal
+
+        from .axis import main_axis
+        from .profile import NEAR, profile
+
+        near = NEAR * diagonal(surface)
+        part = profile(surface, main_axis(surface))
+        radii, largest = part.marks[:, 1], float(part.points[:, 1].max())
+        # the core is below all ends of curves but tips on the axis
+        radius = CORE * float(radii[radii > SMALLEST * largest].min(initial=largest))
+        low, high = part.points[:, 0].min(), part.points[:, 0].max()
+        inner = np.array([[[low, 0], [high, 0]], [[low, radius], [high, radius]]])
+        lined = part.with_lines(inner)
+        points, edges = arrangement(lined.points, lined.lines, near)
+        share = np.arange(PROBES) / PROBES
+        inside = part.levels[:-1, None] + np.diff(part.levels)[:, None] * share
+        divided = replace(part, levels=np.append(inside.ravel(), part.levels[-1]))
+        loops, filled = cells(surface, divided, points, edges)
+        shares = filled.reshape(len(filled), -1, PROBES).mean(axis=2)
+        if ((shares > 0) & (shares < 1)).any():
+            raise NoBackgroundError("it is not equally full round its axis")
+        full = shares > 0
+        outlines = [points[np.unique(edges[outer // 2])] for outer, *_ in loops]
+        is_core = np.array([outline[:, 1].max() < radius + near for outline in outlines])
+        if not full[is_core].all():
+            raise NoBackgroundError("it is only a sector, and contains the axis")
+        rings = [own for own, is_inside in zip(loops, is_core, strict=True) if not is_inside]
+        chains = curves(points, edges, part.marks, 10 * near)
+        flat = section(chains, curves_round(chains, rings), full[~is_core], sizes)
+        number = self._sectors(largest, np.diff(part.levels), sizes)
+        meshes = [columns(flat, part, full[~is_core], number)]
+        for outline, own in zip(outlines, is_core, strict=True):
+            if own:
+                meshes.append(core(outline, flat, radius, int(number.sum()), part))
+        return joined(meshes, near) if len(meshes) > 1 else meshes[0]
+
+    @staticmethod
+    def _sectors(radius: float, turns: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(K,) number of hexes round the axis between levels; together a multiple of 4."""
+        from polycube.hexmesh.settings import edges_around
+
+        around = 2 * np.pi * radius
+        chord = np.pi / np.arccos(max(1 - sizes.chord / radius, 0.0))
+        least = edges_around(sizes.around_hole, around, sizes.size)
+        whole = max(chord, around / (LONGEST * sizes.size), least)
+        if len(turns) == 1:
+            return np.array([4 * int(np.ceil(whole / 4))])
+        return np.maximum(1, np.ceil(turns / (2 * np.pi) * whole - 0.01)).astype(int)

@@ -43,12 +43,6 @@ class Background:
             lines=np.concatenate([self.lines, new]),
         )
 
-    def with_distinct_levels(self, near: float) -> "Background":
-        """With the means of levels that are closer than `near`; the first and the last one stay."""
-        levels = distinct(self.levels, near)
-        levels[[0, -1]] = self.levels[[0, -1]]
-        return replace(self, levels=levels)
-
 
 def distinct(values: np.ndarray, near: float) -> np.ndarray:
     """Ascending values (N,); those closer than `near` to the next one are replaced by a mean."""

@@ -1,7 +1,6 @@
 """Cells of a planar graph, and the slabs in which each is full."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,22 +15,21 @@ UNDECIDED = 0.3  # winding numbers closer to a half than this are undecided
 # distances of possible sample points from an edge, relative to its length
 INWARD = (0.02, 0.1, 0.3, 1.0, 3.0)
 
+Loops = tuple[np.ndarray, ...]  # half-edges (N,) of each loop
 
-@dataclass(frozen=True, eq=False)
-class Cells:
-    """Cells of a planar graph that are full in at least one slab.
+
+def cells(
+    surface: TriMesh, background: Background, points: np.ndarray, edges: np.ndarray
+) -> tuple[list[Loops], np.ndarray]:
+    """The cells of the section of a part that are full in at least one slab.
 
     Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 in the opposite
     direction.
-    """
 
-    # half-edges of each cell, its outer loop first; the cell is on their left
-    loops: tuple[tuple[np.ndarray, ...], ...]
-    full: np.ndarray  # (C, K) whether each cell is full in each slab
-
-
-def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: np.ndarray) -> Cells:
-    """The cells of the section of a part.
+    Returns
+    -------
+    Half-edges of each cell, its outer loop first, with the cell on their left; whether each cell is
+    full in each slab (C, K)
 
     Raises
     ------
@@ -62,7 +60,7 @@ def cells(surface: TriMesh, background: Background, points: np.ndarray, edges: n
     full_cells = np.flatnonzero(full.any(axis=1))
     if not len(full_cells):
         raise NoBackgroundError("no cell of its section is full")
-    return Cells(tuple(found[number] for number in full_cells), full[full_cells])
+    return [found[number] for number in full_cells], full[full_cells]
 
 
 def ends(edges: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -103,7 +101,7 @@ def _shares(
     background: Background,
     points: np.ndarray,
     edges: np.ndarray,
-    loops: Sequence[tuple[np.ndarray, ...]],
+    loops: Sequence[Loops],
 ) -> np.ndarray:
     """(C, K) winding numbers of cells in slabs: medians over points well inside of them."""
     middle = (background.levels[1:] + background.levels[:-1]) / 2

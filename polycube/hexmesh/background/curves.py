@@ -1,11 +1,12 @@
 """Curves of a planar graph: chains of its edges between corners, and quad edges along them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.hexmesh.background.cells import Cells
+from polycube.hexmesh.background.cells import Loops
 from polycube.hexmesh.settings import edges_around
 from polycube.surface.arc_length import lengths
 
@@ -124,13 +125,13 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
     return found
 
 
-def curves_round(chains: list[Curve], cells: Cells) -> list[list[list[int]]]:
+def curves_round(chains: list[Curve], cells: Sequence[Loops]) -> list[list[list[int]]]:
     """For each cell and loop the curves around it, by number from 1, negative if reversed."""
     begins = {int(chain.half[0]): n + 1 for n, chain in enumerate(chains)}
     begins |= {int(chain.half[-1]) ^ 1: -(n + 1) for n, chain in enumerate(chains)}
     return [
         [[begins[half] for half in loop.tolist() if half in begins] for loop in loops]
-        for loops in cells.loops
+        for loops in cells
     ]
 
 

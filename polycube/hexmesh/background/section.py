@@ -8,12 +8,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.arrangement import arrangement, cross
-from polycube.hexmesh.background.background import Background, NoBackgroundError
+from polycube.hexmesh.background.background import Background, NoBackgroundError, distinct
 from polycube.hexmesh.background.borders import Cell, borders
 from polycube.hexmesh.background.cells import cells
 from polycube.hexmesh.background.curves import Curve, Sizes, curves, curves_round
 from polycube.hexmesh.background.smoothing import sines, smoothed
-from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
+from polycube.hexmesh.generation.quads import Plane, quads
 from polycube.surface.measures import diagonal
 from polycube.types import TriMesh
 
@@ -59,7 +59,7 @@ def section(
 
     Raises
     ------
-    NoQuadsError
+    NoBackgroundError
         If Gmsh returns no quads, or if all results have folds.
     """
     variants = list(product(SCALES, (True, False)))
@@ -88,7 +88,7 @@ def section(
             if least > 0 and rank > key and _fills(flat, wanted):
                 best, key = flat, rank
     if best is None:
-        raise NoQuadsError("all quad meshes of its section have folds")
+        raise NoBackgroundError("all quad meshes of its section have folds")
     return best
 
 
@@ -169,24 +169,26 @@ def section_of(
 
     Raises
     ------
-    NoBackgroundError, NoQuadsError
+    NoBackgroundError
         If there are none without details, either; with the reason for all of them.
     """
     found: list[tuple[float, Section, Background, np.ndarray]] = []
     reasons: list[Exception] = []
     for share in DETAILS:
         near = share * diagonal(surface)
-        cut = part.with_distinct_levels(near)
+        levels = distinct(part.levels, near)
+        levels[[0, -1]] = part.levels[[0, -1]]
+        cut = replace(part, levels=levels)
         try:
             points, edges = arrangement(cut.points, cut.lines, near)
-            filled = cells(surface, cut, points, edges)
+            loops, full = cells(surface, cut, points, edges)
             chains = curves(points, edges, cut.marks, max(near, ENDS * diagonal(surface)))
-            flat = section(chains, curves_round(chains, filled), filled.full, sizes)
-        except (NoBackgroundError, NoQuadsError) as reason:
+            flat = section(chains, curves_round(chains, loops), full, sizes)
+        except NoBackgroundError as reason:
             reasons.append(reason)
             continue
         least = float(sines(flat.vertices, flat.quads).min())
-        found.append((least - BETTER * len(found), flat, cut, filled.full))
+        found.append((least - BETTER * len(found), flat, cut, full))
         if least > ENOUGH:
             break
     if not found:

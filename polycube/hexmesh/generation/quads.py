@@ -5,22 +5,19 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from polycube.errors import MissingPackage
+from polycube.hexmesh.background.background import NoBackgroundError
 
 INSTALL = "pip install 'polycube[cad]'"
 SECONDS = 120  # time limit
 NAMES = "vertices", "quads", "region"  # of arrays
 
 Loop = Sequence[int]  # points around a region, without repeating the first
-
-
-class NoQuadsError(Exception):
-    """There are no quads; the message gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +47,7 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
     ------
     MissingPackage
         If Gmsh cannot be loaded.
-    NoQuadsError
+    NoBackgroundError
         If Gmsh returns no quads.
     """
     found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
@@ -64,7 +61,7 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
                 faces = np.where((area < 0)[region, None], faces[:, ::-1], faces)
                 found[int(arrays["plane"])].append((places, faces, region))
     if not any(found):
-        raise NoQuadsError(f"Gmsh made no quads: {last}")
+        raise NoBackgroundError(f"Gmsh made no quads: {last}")
     return found
 
 
@@ -74,12 +71,14 @@ def _run(folder: Path, planes: Sequence[Plane]) -> str:
     If it ends at a plane and a method, because Gmsh crashed or did not return, it goes on after it.
     """
     first, last = 0, "its meshes are empty"
-    request = {"folder": str(folder), "planes": [_plain(plane) for plane in planes]}
+    request = {"folder": str(folder), "planes": list(map(asdict, planes))}
     while True:
         try:
             done = subprocess.run(
                 [sys.executable, "-m", "polycube.hexmesh.generation.quad_worker"],
-                input=json.dumps({**request, "first": first}),
+                input=json.dumps(
+                    {**request, "first": first}, default=lambda row: np.asarray(row).tolist()
+                ),
                 capture_output=True,
                 text=True,
                 errors="replace",
@@ -93,12 +92,3 @@ def _run(folder: Path, planes: Sequence[Plane]) -> str:
             return last
         last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
         first += len(done.stdout.split()) + 1
-
-
-def _plain(plane: Plane) -> dict[str, object]:
-    return {
-        "points": plane.points.tolist(),
-        "regions": [[list(loop) for loop in region] for region in plane.regions],
-        "corners": [list(each) for each in plane.corners],
-        "size": plane.size,
-    }

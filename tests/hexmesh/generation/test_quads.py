@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from polycube.errors import MissingPackage
-from polycube.hexmesh.generation.quads import NoQuadsError, Plane, quads
+from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.generation.quads import Plane, quads
 
 SQUARE = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [1, 2]], float)
 
@@ -53,7 +54,7 @@ def test_holes_are_empty_and_adjacent_regions_share_vertices():
 def test_a_region_that_gmsh_cannot_mesh_does_not_affect_the_others():
     square = Plane(SQUARE, [[[0, 1, 2, 3]]], [[]], 9.0)
     try:
-        with pytest.raises(NoQuadsError, match="Gmsh made no quads"):
+        with pytest.raises(NoBackgroundError, match="Gmsh made no quads"):
             quads([replace(square, corners=[[0, 1, 7, 8]])])
         broken, found = quads([replace(square, corners=[[0, 1, 7, 8]]), square])
     except MissingPackage:
