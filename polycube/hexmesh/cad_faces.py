@@ -100,17 +100,18 @@ def quads_of_sets(mesh: HexMesh, surface: TriMesh) -> dict[str, np.ndarray]:
     named = np.ones(len(surface.faces), np.int64)
     for number, own in enumerate(sets.values(), start=2):
         named[own] = number  # no triangle is in two of the sets
-    region = _regions(mesh, surface, named)[0]
+    region = quad_regions(mesh, surface, named)[0]
     return {name: np.flatnonzero(region == number) for number, name in enumerate(sets, start=2)}
 
 
-def quad_regions(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
-    """CAD face of each boundary quad (Q,), and the share of its samples on this face (Q,)."""
-    return _regions(mesh, surface, surface.region)
+def quad_regions(
+    mesh: HexMesh, surface: TriMesh, named: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """CAD face of each boundary quad (Q,), and the share of its samples on this face (Q,).
 
-
-def _regions(mesh: HexMesh, surface: TriMesh, named: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Like `quad_regions`, for any regions of the triangles (F,), numbered from 1."""
+    named : other regions of the triangles (F,) instead of the CAD faces, numbered from 1
+    """
+    named = surface.region if named is None else named
     goal = target(surface)
     corners = goal.to_unit(mesh.vertices)[mesh.quads]
     points, normals = _ninths(corners)

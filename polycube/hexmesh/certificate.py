@@ -115,9 +115,6 @@ def _gradients(at: np.ndarray) -> np.ndarray:
     """(Q, 3, 8) gradients of the trilinear shape functions at parameters (Q, 3)."""
     factors = np.where(PLACES, at[:, None], 1 - at[:, None])  # (Q, 8, 3)
     slopes = np.where(PLACES, 1.0, -1.0)
-    parts = []
-    for axis in range(3):
-        mixed = factors.copy()
-        mixed[:, :, axis] = slopes[:, axis]
-        parts.append(mixed.prod(axis=2))
-    return np.stack(parts, axis=1)
+    return np.stack(
+        [np.where(own, slopes, factors).prod(axis=2) for own in np.eye(3, dtype=bool)], axis=1
+    )

@@ -26,7 +26,6 @@ from polycube.types import HexMesh, TriMesh
 SAMPLES = 8000  # points on the surface, in addition to its vertices
 CELL = 0.02  # of the diagonal: only the farthest sample of each cell is compared with the wall
 PLACES = 128  # largest number of samples compared with the wall, in each direction
-N_CELLS = 1_000_000  # along an axis; larger than any actual number
 TINY = 1e-9  # of the diagonal: assumed edge length of a collapsed quad
 
 
@@ -195,7 +194,6 @@ def inspect(mesh: HexMesh, surface: TriMesh) -> Inspection:
 def _farthest_of_cells(samples: Samples) -> Samples:
     """The farthest sample of each grid cell, for the PLACES cells with the largest distances."""
     far = np.argsort(-samples.distance, kind="stable")
-    x, y, z = np.floor(samples.points[far] / CELL).astype(np.int64).T
-    cell = (x * N_CELLS + y) * N_CELLS + z
-    far = far[np.sort(np.unique(cell, return_index=True)[1])[:PLACES]]
+    cell = np.floor(samples.points[far] / CELL)
+    far = far[np.sort(np.unique(cell, axis=0, return_index=True)[1])[:PLACES]]
     return Samples(samples.points[far], samples.feet[far], samples.distance[far], samples.quad[far])

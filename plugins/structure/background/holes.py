@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import area_vectors, connected, edges, euler, half_edges, unit
+from polycube.surface.measures import area_vectors, connected, euler, half_edges, open_edges, unit
 from polycube.types import TriMesh
 
 if TYPE_CHECKING:
@@ -232,8 +232,7 @@ def _hole(
 
 def _loops(faces: np.ndarray) -> list[np.ndarray]:
     """Vertices of the loops at the border of triangles."""
-    ends, number, _ = edges(faces)
-    border = ends[number == 1]
+    border = open_edges(faces)
     return [vertices_of(border, chain)[:-1] for chain in chains_of(border)]
 
 
