@@ -2,6 +2,7 @@
 
 import logging
 import re
+from contextlib import suppress
 from pathlib import Path
 
 logger = logging.getLogger(__name__)
@@ -23,7 +24,15 @@ def needed(functions: int, is_factored: bool = False) -> float:
 
 def available() -> float | None:
     """Bytes that this process can still allocate; None if the system does not say."""
-    found = [free for free in (_of_machine(), _of_group()) if free is not None]
+    found = []
+    with suppress(OSError):
+        if free := re.search(r"MemAvailable:\s+(\d+) kB", MEMINFO.read_text()):
+            found.append(1024.0 * int(free[1]))
+    with suppress(OSError):
+        limit = (GROUP / "memory.max").read_text().strip()
+        used = int((GROUP / "memory.current").read_text())
+        if limit != "max":
+            found.append(float(max(int(limit) - used, 0)))
     return min(found, default=None)
 
 
@@ -39,20 +48,3 @@ def warn(functions: int, is_factored: bool = False) -> None:
         wanted / 1e9,
         free / 1e9,
     )
-
-
-def _of_machine() -> float | None:
-    try:
-        found = re.search(r"MemAvailable:\s+(\d+) kB", MEMINFO.read_text())
-    except OSError:
-        return None
-    return 1024.0 * int(found[1]) if found else None
-
-
-def _of_group() -> float | None:
-    try:
-        limit = (GROUP / "memory.max").read_text().strip()
-        used = int((GROUP / "memory.current").read_text())
-    except OSError:
-        return None
-    return None if limit == "max" else float(max(int(limit) - used, 0))
