@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, eye, hstack, vstack
+from scipy.sparse import csc_matrix, csr_matrix, diags, eye, kron, spmatrix, vstack
 from scipy.sparse.linalg import SuperLU, splu
 
 from polycube.analysis.boundary_sets import Trace, edge_trace, trace, zero_slope_edges
@@ -67,16 +67,14 @@ class BoundTrace:
     ratio: csr_matrix  # (R, S) X
     gram: SuperLU  # Gram matrix of the traces of the pivots
 
-    def basis(self, size: int) -> csr_matrix:
-        """(C, free) matrix from the free coefficients to all coefficients."""
-        free = np.setdiff1d(np.arange(size), self.pivots)
-        place = csr_matrix(
-            (np.ones(len(self.pivots)), (self.pivots, np.arange(len(self.pivots)))),
-            (size, len(self.pivots)),
-        )
-        chosen = eye(size, format="csc")[:, free]
-        bound = eye(size, format="csr")[self.others][:, free]
-        return csr_matrix(chosen - place @ self.ratio @ bound)
+    def imposed(self, size: int) -> csr_matrix:
+        """(C, C) matrix that leaves the free coefficients and computes the dependent ones."""
+        ratio = self.ratio.tocoo()
+        is_free = np.ones(size)
+        is_free[self.pivots] = 0
+        place = self.pivots[ratio.row], self.others[ratio.col]
+        depends = csr_matrix((ratio.data, place), (size, size))
+        return csr_matrix(diags(is_free) - depends)
 
     def resultant(self, residual: np.ndarray, support: int) -> float:
         """Integral over the faces of a support of the traction given by a residual (C,)."""
@@ -100,6 +98,10 @@ class Constraints:
         weight = abs(self.basis).T
         near = weight @ np.repeat(places, len(self.bound), axis=0)
         return near / np.asarray(weight.sum(axis=1))
+
+    def restricted(self, matrix: spmatrix) -> csr_matrix:
+        """(free, free) part of a matrix (n C, n C)."""
+        return csr_matrix(self.basis.T @ matrix @ self.basis)
 
     def reactions(self, residual: np.ndarray) -> np.ndarray:
         """(supports, n) resultant on each support for a residual (n C,), K u - f."""
@@ -125,7 +127,7 @@ def constrain(
     """
     size = len(spline.control)
     bound: list[BoundTrace | None] = []
-    bases: list[csr_matrix] = []
+    imposed: list[csr_matrix] = []
     known: dict[bytes, tuple[BoundTrace, csr_matrix]] = {}  # by the owner of each face
     offset = np.zeros((size, n_components))
     for i in range(n_components):
@@ -136,12 +138,12 @@ def constrain(
                 owner[support.faces] = k
         if (owner < 0).all() and not edges:
             bound.append(None)
-            bases.append(eye(size, format="csr"))
+            imposed.append(eye(size, format="csr"))
             continue
         key = owner.tobytes() + str(list(edges)).encode()
         if key not in known:
             found = _bind(spline, owner, edges)
-            known[key] = found, found.basis(size)
+            known[key] = found, found.imposed(size)
             flat, border = zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
             if flat:
                 logger.warning(
@@ -151,11 +153,13 @@ def constrain(
                     flat,
                     border,
                 )
-        found, basis = known[key]
+        found, own = known[key]
         bound.append(found)
-        bases.append(basis)
+        imposed.append(own)
         offset[:, i] = _prescribed_coefficients(found, supports, i, size)
-    basis = _interleave(bases)
+    places = np.eye(n_components)
+    every = sum(kron(own, diags(place), "csr") for own, place in zip(imposed, places, strict=True))
+    basis = csr_matrix(every[:, every.diagonal() != 0])
     if sector is not None:
         sector.check(offset)
         if basis.nnz > basis.shape[1]:
@@ -228,20 +232,3 @@ def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) ->
         ratio=csr_matrix(ratio),
         gram=factor,
     )
-
-
-def _interleave(bases: list[csr_matrix]) -> csr_matrix:
-    """Basis (n C, free) of n components; row i of component k is n i + k, columns likewise."""
-    n = len(bases)
-    if n == 1:
-        return bases[0]
-    parts, places = [], []
-    for k, basis in enumerate(bases):
-        part = basis.tocoo()
-        shape = (n * basis.shape[0], basis.shape[1])
-        parts.append(csr_matrix((part.data, (n * part.row + k, part.col)), shape))
-        first = np.full(basis.shape[1], np.iinfo(np.int64).max)
-        is_single = np.diff(basis.indptr) == 1
-        np.minimum.at(first, basis.indices[basis.indptr[:-1][is_single]], np.flatnonzero(is_single))
-        places.append(n * first + k)
-    return csr_matrix(hstack(parts, format="csc")[:, np.argsort(np.concatenate(places))])

@@ -5,10 +5,9 @@ import logging
 import numpy as np
 import pytest
 
-from polycube.analysis.boundary_sets import faces_of, quads_of
+from polycube.analysis.boundary_sets import faces_of, quads_of, zero_slope_edges
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.poisson import conduct
-from polycube.analysis.slopes import zero_slope_edges
 from polycube.errors import InputError
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.io.hex_meshes import boundary
