@@ -8,7 +8,6 @@ from polycube.analysis.problem import Vibration, material
 from polycube.analysis.supports import prescribed, supports
 from polycube.registry import register
 from polycube.types import Modes, Spline
-from polycube.units import AUTO, checked_unit
 
 from .places import OfProblem, check_supports
 
@@ -24,32 +23,26 @@ class Modal(OfProblem):
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
         7850}, in Pa and kg/m^3
-    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
-        um, in, ft, dm, km, nm, mil, yd, mi
     modes : number of modes, including rigid ones (six without supports)
     fixed : supports: [x_min], [hole_1, 7], [{at: z_min, components: [z]}]; see
         docs/reference/analysis.md
-    gauss : Gauss points per direction and element; at least 4 for the continuous functions
     mass : mass matrix: consistent, or lumped (row sums; much less accurate)
     enrich : compute frequencies in all continuous tricubic functions, with errors; false, and with
         a lumped mass: in the functions of the spline
     """
 
     material: str | Mapping[str, float] = "steel"
-    units: str = AUTO
     modes: int = 20
     fixed: tuple[object, ...] = ()
-    gauss: int = 4
     mass: str = "consistent"
     enrich: bool = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         material(self.material)
-        object.__setattr__(self, "units", checked_unit(self.units))
         if self.mass not in ("consistent", "lumped"):
             raise ValueError(f"mass must be consistent or lumped; got {self.mass!r}")
-        if self.modes < 1 or self.gauss < 2:
+        if self.modes < 1:
             raise ValueError(
                 f"modes >= 1 and gauss >= 2 are needed; got {self.modes}, {self.gauss}"
             )

@@ -10,6 +10,7 @@ from polycube.analysis.supports import AXES, is_number, split
 from polycube.kinds import StatesProblem
 from polycube.types import Json
 from polycube.types.checks import options_of
+from polycube.units import AUTO, checked_unit
 
 
 @dataclass(frozen=True)
@@ -18,15 +19,24 @@ class OfProblem(StatesProblem):
 
     Parameters
     ----------
+    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
+        um, in, ft, dm, km, nm, mil, yd, mi
+    gauss : Gauss points per direction and element; at least 4 for the continuous functions of
+        elasticity
     cyclic : {sectors: 6, axis: [0, 0, 1], point: [0, 0, 0]}; the part is one of 6 equal sectors,
         and the result has the symmetry of the whole
     """
 
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
+    units: str = field(default=AUTO, kw_only=True)
+    gauss: int = field(default=4, kw_only=True)
     cyclic: Cyclic | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "units", checked_unit(self.units))
+        if self.gauss < 2:
+            raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
         if self.cyclic is not None:
             object.__setattr__(self, "cyclic", options_of("cyclic", Cyclic, self.cyclic))
 

@@ -8,7 +8,6 @@ from polycube.analysis.problem import Conduction, Flow, Prescribed
 from polycube.analysis.supports import is_number, split, supports
 from polycube.registry import register
 from polycube.types import Potential, Spline
-from polycube.units import AUTO, checked_unit
 
 from .places import OfProblem, check_items
 
@@ -27,30 +26,24 @@ class Poisson(OfProblem):
     Parameters
     ----------
     conductivity : k in W/(m K)
-    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
-        um, in, ft, dm, km, nm, mil, yd, mi
     fixed : places where u is prescribed, in K (or another unit of u): [{at: z_min, value: 0}]; see
         docs/reference/analysis.md
     flux : flux into the solid in W/m^2: [{at: x_max, value: 1000}]
     source : f in W/m^3
-    gauss : Gauss points per direction and element
     """
 
     conductivity: float = 50.0
-    units: str = AUTO
     fixed: tuple[Mapping[str, object], ...] = ENDS
     flux: tuple[Mapping[str, object], ...] = ()
     source: float = 0.0
-    gauss: int = 4
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "units", checked_unit(self.units))
         for name, items in {"fixed": self.fixed, "flux": self.flux}.items():
             for _, item in check_items(name, items, {"value"}, needed=1):
                 if not is_number(item["value"]):
                     raise ValueError(f"{name}: value must be a number; got {item['value']!r}")
-        if not self.conductivity > 0 or self.gauss < 2:
+        if not self.conductivity > 0:
             raise ValueError(
                 f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
             )

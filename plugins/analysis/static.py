@@ -12,7 +12,6 @@ from polycube.analysis.supports import prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline
 from polycube.types.checks import options_of
-from polycube.units import AUTO, checked_unit
 
 from .places import OfProblem, check_items, check_supports, check_vector
 
@@ -31,8 +30,6 @@ class Static(OfProblem):
     ----------
     material : steel, aluminium, titanium, brass, abs, or {young: 210e9, poisson: 0.3, density:
         7850}, in Pa and kg/m^3
-    units : length unit of the part: auto (that of the file, or mm if it states none), m, cm, mm,
-        um, in, ft, dm, km, nm, mil, yd, mi
     fixed : supports: [x_min, 7], [{at: x_max, components: [x], value: 0.1}]; see
         docs/reference/analysis.md
     loads : [{at: x_max, force: [0, 0, -100]}] in N, moment: [N m, N m, N m], both at point: [x, y,
@@ -42,26 +39,22 @@ class Static(OfProblem):
     temperature : in K above that without stress: a number or an expression of x, y, z
     gravity : acceleration in m/s^2; null: [0, 0, -9.81] if nothing else loads or moves
         the part
-    gauss : Gauss points per direction and element; at least 4 for the continuous functions
     away : distance as a share of the diagonal; places closer to sharp inner edges, borders of
         supports and loads on small areas, where the stress is unbounded, are excluded from the
         largest stress
     """
 
     material: str | Mapping[str, float] = "steel"
-    units: str = AUTO
     fixed: tuple[object, ...] = ("z_min",)
     loads: tuple[object, ...] = ()
     rotation: Rotation | None = None
     temperature: float | str = 0.0
     gravity: tuple[float, ...] | None = None
-    gauss: int = 4
     away: float = 0.02
 
     def __post_init__(self) -> None:
         super().__post_init__()
         material(self.material)
-        object.__setattr__(self, "units", checked_unit(self.units))
         check_supports("fixed", self.fixed, {"components", "value"})
         loads = check_items("loads", self.loads, {"pressure", "point", *VECTORS}, needed=1)
         for _, item in loads:
@@ -85,8 +78,6 @@ class Static(OfProblem):
                 along += [self.rotation.axis, apart.tolist()]
             if not all(map(self.cyclic.is_along, along)):
                 raise ValueError("gravity and the axis of rotation must be along that of cyclic")
-        if self.gauss < 2:
-            raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
         if not 0 <= self.away < 1:
             raise ValueError(
                 f"away must be a share of the diagonal, 0 <= away < 1; got {self.away}"
