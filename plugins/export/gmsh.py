@@ -12,7 +12,7 @@ from polycube.types import HexMesh
 
 from .format import TextFormat, WithNodes
 from .groups import blocks, first_sets, legend, primitive_sets, renamed, side_sets
-from .text import count, floats, integers, lines
+from .text import EXACT, count, lines
 
 if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
@@ -70,8 +70,8 @@ def _in_one_group(mesh: HexMesh, own: HexElements) -> list[str]:
         f"$Nodes\n{len(own.points)}\n",
         lines(count(own.points), "%d" + 3 * " %.17g"),
         f"$EndNodes\n$Elements\n{len(quads) + len(hexes)}\n",
-        integers(quads),
-        integers(hexes),
+        lines(quads),
+        lines(hexes),
         "$EndElements\n",
     ]
 
@@ -112,15 +112,15 @@ def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
         table = np.column_stack([numbers, elements[k] + 1])
         for run in np.split(np.arange(len(member)), 1 + np.flatnonzero(np.diff(which.ravel()))):
             head = f"{2 + k} {1 + which.ravel()[run[0]]} {KINDS[nodes][k]} {len(run)}\n"
-            rows.append(head + integers(table[run]))
+            rows.append(head + lines(table[run]))
     n_elements = sum(map(len, elements))
     return [
         _names(list(surfaces), list(volumes)),
         f"$Entities\n0 0 {counts[0]} {counts[1]}\n",
         *entities,
         f"$EndEntities\n$Nodes\n1 {n_points} 1 {n_points}\n3 1 0 {n_points}\n",
-        integers(count(own.points)[:, :1]),
-        floats(own.points),
+        lines(count(own.points)[:, :1]),
+        lines(own.points, EXACT),
         f"$EndNodes\n$Elements\n{len(rows)} {n_elements} 1 {n_elements}\n",
         *rows,
         "$EndElements\n",

@@ -10,7 +10,7 @@ from polycube.types import HexMesh
 
 from .format import TextFormat
 from .groups import blocks, legend, side_sets
-from .text import floats, integers
+from .text import EXACT, lines
 
 
 @register("export", "medit")
@@ -28,11 +28,11 @@ class Medit(TextFormat):
         flat = np.zeros((len(hexes.vertices), 1))
         return [
             f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(flat)}\n",
-            floats(np.hstack([hexes.vertices, flat])),
+            lines(np.hstack([hexes.vertices, flat]), EXACT),
             f"Quadrilaterals\n{len(hexes.quads)}\n",
-            integers(np.column_stack([hexes.quads + 1, hexes.patch])),
+            lines(np.column_stack([hexes.quads + 1, hexes.patch])),
             f"Hexahedra\n{len(hexes.hexes)}\n",
-            integers(np.column_stack([hexes.hexes + 1, hexes.cell])),
+            lines(np.column_stack([hexes.hexes + 1, hexes.cell])),
             "End\n",
             *_legend(hexes),
         ]

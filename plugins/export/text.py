@@ -13,22 +13,13 @@ import numpy as np
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+EXACT = "%.17g"  # numbers that are read as the same bits
 WIDTH = 20  # characters of a field in a deck of Abaqus
 
 
 def count(rows: np.ndarray) -> np.ndarray:
     """Rows with a first column of numbers, from one."""
     return np.column_stack([np.arange(1, len(rows) + 1), rows])
-
-
-def floats(values: np.ndarray) -> str:
-    """Rows of numbers that are read as the same bits."""
-    return lines(values, "%.17g")
-
-
-def integers(values: np.ndarray) -> str:
-    """Rows of integers."""
-    return lines(values, "%d")
 
 
 def narrow(value: float) -> str:
@@ -43,8 +34,8 @@ def pointed(value: float) -> str:
     return text if set(text) & set(".e") else f"{text}."
 
 
-def lines(values: np.ndarray, form: str) -> str:
-    """Rows in a format of `numpy.savetxt`."""
+def lines(values: np.ndarray, form: str = "%d") -> str:
+    """Rows in a format of `numpy.savetxt`; by default integers."""
     text = StringIO()
     np.savetxt(text, values, form)
     return text.getvalue()

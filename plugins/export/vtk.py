@@ -10,7 +10,7 @@ from polycube.types import HexMesh
 
 from .format import TextFormat, WithNodes
 from .groups import node_sets, renamed
-from .text import floats, integers
+from .text import EXACT, lines
 
 NAME = 200  # longest name; readers allow 255 characters
 KINDS = {8: 12, 20: 25, 27: 29}  # cell types of hexahedra
@@ -49,15 +49,15 @@ class LegacyVtk(WithNodes, TextFormat):
         return [
             f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n",
             f"POINTS {len(own.points)} double\n",
-            floats(own.points),
+            lines(own.points, EXACT),
             f"CELLS {n} {(1 + self.nodes) * n}\n",
-            integers(np.insert(own.hexes, 0, self.nodes, axis=1)),
+            lines(np.insert(own.hexes, 0, self.nodes, axis=1)),
             f"CELL_TYPES {n}\n" + f"{KINDS[self.nodes]}\n" * n,
             f"POINT_DATA {len(own.points)}\n",
-            *(_scalars(name, "int", integers(own[:, None])) for name, own in at_nodes.items()),
+            *(_scalars(name, "int", lines(own[:, None])) for name, own in at_nodes.items()),
             f"CELL_DATA {n}\n",
-            *(_scalars(name, "int", integers(own[:, None])) for name, own in of_hexes.items()),
-            _scalars("scaled_jacobian", "double", floats(quality[:, None])),
+            *(_scalars(name, "int", lines(own[:, None])) for name, own in of_hexes.items()),
+            _scalars("scaled_jacobian", "double", lines(quality[:, None], EXACT)),
         ]
 
 
