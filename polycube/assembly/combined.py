@@ -156,8 +156,7 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
 def _common(first: HexMesh, second: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (K, 2) of equal boundary vertices, and (N, 2) of quads with equal corners."""
     (own, reach), (other, span) = _places(first), _places(second)
-    tree = cKDTree(second.vertices[other])
-    off, nearest = tree.query(first.vertices[own])
+    off, nearest = cKDTree(second.vertices[other]).query(first.vertices[own])
     back = cKDTree(first.vertices[own]).query(second.vertices[other])[1]
     same = off <= ONE_PLACE * np.minimum(reach, span[nearest])
     same &= back[nearest] == np.arange(len(own))
@@ -166,13 +165,9 @@ def _common(first: HexMesh, second: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     partner[pairs[:, 0]] = pairs[:, 1]
     moved = partner[first.quads]
     known = np.flatnonzero((moved >= 0).all(axis=1))
-    rows = np.concatenate([np.sort(second.quads, axis=1), np.sort(moved[known], axis=1)])
-    _, number = np.unique(rows, axis=0, return_inverse=True)
-    number = number.ravel()
-    there = np.full(number.max() + 1, -1)
-    there[number[: len(second.quads)]] = np.arange(len(second.quads))
-    partners = there[number[len(second.quads) :]]
-    return pairs, np.stack([known, partners], axis=1)[partners >= 0]
+    tree = cKDTree(np.sort(second.quads, axis=1))
+    apart, partners = tree.query(np.sort(moved[known], axis=1))
+    return pairs, np.stack([known, partners], axis=1)[apart == 0]
 
 
 def _places(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
@@ -180,7 +175,6 @@ def _places(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     corners = mesh.vertices[mesh.quads]
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     shortest = np.full(len(mesh.vertices), np.inf)
-    np.minimum.at(shortest, mesh.quads, length)
-    np.minimum.at(shortest, np.roll(mesh.quads, -1, axis=1), length)
+    np.minimum.at(shortest, np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)]), length)
     own = np.unique(mesh.quads)
     return own, shortest[own]
