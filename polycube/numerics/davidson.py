@@ -109,19 +109,13 @@ class _Space:
 
     def ritz(self, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Lowest n Ritz values (n,), vectors x (N, n), K x and M x."""
-        values, turn = self._lowest(n)
-        x, kx, mx = (_combined(part[:, : self.size], turn) for part in self._vectors)
-        return values, x, kx, mx
-
-    def _lowest(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """Ritz values, and the vectors as combinations of V."""
         values, turn = np.linalg.eigh(self._small[: self.size, : self.size])
-        return values[:n], turn[:, :n]
+        x, kx, mx = (_combined(part[:, : self.size], turn[:, :n]) for part in self._vectors)
+        return values[:n], x, kx, mx
 
     def _reduce(self, n: int) -> None:
-        values, turn = self._lowest(n)
-        for part in self._vectors:
-            part[:, :n] = _combined(part[:, : self.size], turn)
+        values, *lowest = self.ritz(n)
+        self._vectors[..., :n] = lowest
         self._small[:n, :n] = np.diag(values)
         self.size = n
 

@@ -159,7 +159,7 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
         raise ValueError("matrix is not positive definite")
     scale = 1 / np.sqrt(matrix.diagonal())[order]
     ordered = tril(matrix[order][:, order], format="csc")
-    (potrf,) = get_lapack_funcs(["potrf"], [matrix.data])
+    potrf, trttp = get_lapack_funcs(["potrf", "trttp"], [matrix.data])
     trsm, syrk = get_blas_funcs(["trsm", "syrk"], [matrix.data])
     del matrix
     later: list[np.ndarray] = []
@@ -180,7 +180,7 @@ def factorize(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:
         if len(others):
             side = trsm(1.0, low, side, side=1, lower=1, trans_a=1)
             rest = syrk(-1.0, side, beta=1.0, c=rest, lower=1, overwrite_c=1)
-        updates[k] = others, _packed(rest)
+        updates[k] = others, trttp(rest, uplo="L")[0]
         del rest
         later.append(others)
         diagonal.append(low)
@@ -215,18 +215,6 @@ def _front(
         _add(dense, rest, local(places), update)
         del update
     return dense, rest
-
-
-@njit(cache=True, nogil=True)
-def _packed(square: np.ndarray) -> np.ndarray:
-    """Lower triangle, column by column."""
-    n = len(square)
-    found = np.empty(n * (n + 1) // 2, square.dtype)
-    at = 0
-    for j in range(n):
-        found[at : at + n - j] = square[j:, j]
-        at += n - j
-    return found
 
 
 @njit(cache=True, nogil=True)

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 from numba import njit
-from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
+from scipy.sparse import bsr_matrix, csr_matrix
 
 from polycube.numerics.threads import parts, side_by_side
 
@@ -32,19 +32,13 @@ class Symmetric:
 
     def full(self) -> bsr_matrix:
         """The matrix with both triangles."""
-        n = self.blocks.shape[1]
-        row = np.repeat(np.arange(len(self.indptr) - 1, dtype=np.int32), np.diff(self.indptr))
-        below = np.flatnonzero(row != self.indices)
-        rows = np.concatenate([row, self.indices[below]])
-        columns = np.concatenate([self.indices, row[below]])
-        place = np.arange(len(rows), dtype=np.int32)
-        order = coo_matrix((place, (rows, columns)), [len(self.indptr) - 1] * 2).tocsr()
-        order.sort_indices()
-        number, blocks = order.data, np.empty((len(place), n, n), self.blocks.dtype)
-        is_below = number >= len(row)
-        blocks[~is_below] = self.blocks[number[~is_below]]
-        blocks[is_below] = self.blocks[below[number[is_below] - len(row)]].swapaxes(1, 2)
-        return bsr_matrix((blocks, order.indices, order.indptr), self.shape)
+        above = self.blocks.copy()
+        above[self.indptr[1:] - 1] = 0  # the diagonal is in the lower triangle
+        lower, upper = (
+            bsr_matrix((blocks, self.indices, self.indptr), self.shape)
+            for blocks in (self.blocks, above)
+        )
+        return lower + upper.T
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:
         """Product with vectors (n C,) or (n C, k)."""
