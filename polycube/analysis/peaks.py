@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from polycube.analysis.boundary_sets import edge_trace, sets_of_sides, trace
 from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
-from polycube.analysis.recovery import EVEN_LINE, OfGradient, at_places, samples
+from polycube.analysis.recovery import OfGradient, at_places, samples
 from polycube.analysis.shape import NOTCH
 from polycube.spline.bernstein import bernstein, derivative, gauss, volume_basis
 from polycube.spline.bezier import scaled_detj
@@ -164,7 +164,7 @@ def peaks(
             value=value,
             at=tuple(points[element, place].tolist()),
             error=float(abs(raw - recovered).max()) + NOTCH * tilt * value,
-            on=boundary_name(spline, points[element, place]),
+            on=boundary_name(spline, here),
         )
 
     away = sound & ~near
@@ -185,18 +185,14 @@ def peaks(
     return peak, replace(ring, what=singular[worst].what, distance=away_from)
 
 
-def boundary_name(spline: Spline, point: np.ndarray) -> str:
-    """The name of the boundary face at a sample point; the name of the CAD face if there is one.
+def boundary_name(spline: Spline, at: np.ndarray) -> str:
+    """The name of the first boundary face with at (Q,) true; that of the CAD face if there is one.
 
-    It is empty inside the solid.
+    It is empty without such a face.
     """
-    even = np.kron(*[bernstein(EVEN_LINE)] * 2)
-    points = even @ (spline.extraction @ spline.control)[boundary_nodes(spline)]
-    distance, index = cKDTree(points.reshape(-1, 3)).query(point)
-    size = np.linalg.norm(np.ptp(spline.control, axis=0))
-    if distance > 1e-9 * size:
+    if not at.any():
         return ""
-    side = index // 16
+    side = at.argmax()
     sets = spline.sets or sets_of_sides(spline)
     names = [name for name, faces in sets.items() if side in faces]
 
