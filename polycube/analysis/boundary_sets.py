@@ -7,21 +7,14 @@ from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix
 
 from polycube.errors import InputError
 from polycube.hexmesh import named_sets
-from polycube.hexmesh.connectivity import quad_edges, unique_rows
+from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import LEVEL
 from polycube.spline.bernstein import bernstein, derivative, gauss
-from polycube.spline.boundary import (
-    N_GAUSS,
-    boundary_nodes,
-    corner_nodes,
-    edge_strips,
-    grid,
-    sampling,
-)
+from polycube.spline.boundary import N_GAUSS, corner_nodes, edge_strips, grid, sampling
 from polycube.types import HexMesh, Spline
 
 FLAT = 1e-12  # coefficients of the slope at an edge that count as zero
@@ -180,11 +173,6 @@ class Trace:
     normals: np.ndarray  # (P, 3) outward, length 1
     area: np.ndarray  # (P,) area of each point; on an edge, its length times that of the element
 
-    @property
-    def gram(self) -> csr_matrix:
-        """(C, C) integrals of N_a N_b."""
-        return csr_matrix(self.shape.T @ diags(self.area) @ self.shape)
-
     def moments(self, density: np.ndarray) -> np.ndarray:
         """(C,) or (C, n) integrals of N_a times a density (P,) or (P, n) at the points."""
         density = np.asarray(density)
@@ -230,14 +218,10 @@ def zero_slope_edges(spline: Spline, faces: np.ndarray, basis: csr_matrix) -> tu
     on the other, which is an additional constraint. Edges between elements of different levels do
     not count.
     """
-    nodes = boundary_nodes(spline).reshape(-1, 4, 4)
-    turned = nodes.swapaxes(1, 2)
-    lines = np.concatenate([nodes, nodes[:, ::-1], turned, turned[:, ::-1]])
-    # lines : (4 Q, 4, 4) nodes in lines from each edge of each face
-    edge = unique_rows(np.sort(lines[:, 0], axis=1))[1]
-    is_constrained = np.isin(np.tile(np.arange(len(nodes)), 4), faces)
-    is_border = (np.bincount(edge) == 2) & (np.bincount(edge, is_constrained) == 1)
-    second = lines[~is_constrained & is_border[edge], 1, 1:3]
+    strips, *meeting = edge_strips(spline)
+    one, other = np.concatenate([meeting, meeting[::-1]], axis=1)
+    is_constrained = np.isin(np.arange(len(spline.sides)), faces)
+    second = strips[other[is_constrained[one // 4] & ~is_constrained[other // 4]], 1, 1:3]
     slope = np.asarray(abs(spline.extraction[second.ravel()] @ basis).sum(axis=1))
     is_flat = np.all(slope.reshape(-1, 2) <= FLAT, axis=1)
     return int(is_flat.sum()), len(is_flat)

@@ -63,24 +63,8 @@ class BoundTrace:
     trace: Trace
     owner: np.ndarray  # (P,) number of the support of each Gauss point
     pivots: np.ndarray  # (R,) functions
-    others: np.ndarray  # (S,) bound functions that stay free
-    ratio: csr_matrix  # (R, S) X
+    imposed: csr_matrix  # (C, C) leaves the other coefficients and computes those of the pivots
     gram: SuperLU  # Gram matrix of the traces of the pivots
-
-    def imposed(self, size: int) -> csr_matrix:
-        """(C, C) matrix that leaves the free coefficients and computes the dependent ones."""
-        ratio = self.ratio.tocoo()
-        is_free = np.ones(size)
-        is_free[self.pivots] = 0
-        place = self.pivots[ratio.row], self.others[ratio.col]
-        depends = csr_matrix((ratio.data, place), (size, size))
-        return csr_matrix(diags(is_free) - depends)
-
-    def resultant(self, residual: np.ndarray, support: int) -> float:
-        """Integral over the faces of a support of the traction given by a residual (C,)."""
-        traction = self.gram.solve(residual[self.pivots])
-        there = self.trace.moments(self.owner == support)
-        return float(traction @ there[self.pivots])
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +88,10 @@ class Constraints:
         return csr_matrix(self.basis.T @ matrix @ self.basis)
 
     def reactions(self, residual: np.ndarray) -> np.ndarray:
-        """(supports, n) resultant on each support for a residual (n C,), K u - f."""
+        """(supports, n) resultant on each support for a residual (n C,), K u - f.
+
+        That is the integral over its faces of the traction which the residual gives.
+        """
         n = len(self.bound)
         if self.sector is not None:  # leave out the forces between the sectors
             every = np.ones((len(residual) // n, n), bool)
@@ -112,9 +99,12 @@ class Constraints:
             residual = same @ (same.T @ residual)
         found = np.zeros((len(self.supports), n))
         for i, bound in enumerate(self.bound):
-            for k, support in enumerate(self.supports):
-                if bound is not None and i in support.components:
-                    found[k, i] = bound.resultant(residual[i::n], k)
+            if bound is None:
+                continue
+            traction = bound.gram.solve(residual[i::n][bound.pivots])
+            for k in range(len(found)):
+                there = bound.trace.moments(bound.owner == k)
+                found[k, i] = traction @ there[bound.pivots]
         return found
 
 
@@ -128,7 +118,7 @@ def constrain(
     size = len(spline.control)
     bound: list[BoundTrace | None] = []
     imposed: list[csr_matrix] = []
-    known: dict[bytes, tuple[BoundTrace, csr_matrix]] = {}  # by the owner of each face
+    known: dict[bytes, BoundTrace] = {}  # by the owner of each face
     offset = np.zeros((size, n_components))
     for i in range(n_components):
         owner = np.full(len(spline.sides), -1)
@@ -142,9 +132,9 @@ def constrain(
             continue
         key = owner.tobytes() + str(list(edges)).encode()
         if key not in known:
-            found = _bind(spline, owner, edges)
-            known[key] = found, found.imposed(size)
-            flat, border = zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key][1])
+            known[key] = _bind(spline, owner, edges)
+            held = np.flatnonzero(owner >= 0)
+            flat, border = zero_slope_edges(spline, held, known[key].imposed)
             if flat:
                 logger.warning(
                     "warning: the spline is smooth at %d of the %d edges round the supports, so "
@@ -153,10 +143,9 @@ def constrain(
                     flat,
                     border,
                 )
-        found, own = known[key]
-        bound.append(found)
-        imposed.append(own)
-        offset[:, i] = _prescribed_coefficients(found, supports, i, size)
+        bound.append(known[key])
+        imposed.append(known[key].imposed)
+        offset[:, i] = _prescribed_coefficients(known[key], supports, i, size)
     places = np.eye(n_components)
     every = sum(kron(own, diags(place), "csr") for own, place in zip(imposed, places, strict=True))
     basis = csr_matrix(every[:, every.diagonal() != 0])
@@ -215,20 +204,17 @@ def _bind(spline: Spline, owner: np.ndarray, edges: Mapping[int, np.ndarray]) ->
     shape = csr_matrix(vstack([part.shape for part in parts]))
     rest = ([part.points, part.normals, part.area] for part in parts)
     here = Trace(shape, *map(np.concatenate, zip(*rest, strict=True)))
-    gram = here.gram
+    gram = csr_matrix(here.shape.T @ diags(here.area) @ here.shape)
     norm = gram.diagonal()
     bound = np.flatnonzero(norm > ABSENT * norm.max())
     small = csc_matrix(gram[bound][:, bound])
     is_pivot = independent(small)
     pivots, others = np.flatnonzero(is_pivot), np.flatnonzero(~is_pivot)
     factor = splu(small[pivots][:, pivots])
-    ratio = factor.solve(small[pivots][:, others].toarray())
-    ratio[np.abs(ratio) < 1e-12] = 0
-    return BoundTrace(
-        trace=here,
-        owner=np.concatenate(owners),
-        pivots=bound[pivots],
-        others=bound[others],
-        ratio=csr_matrix(ratio),
-        gram=factor,
-    )
+    ratio = factor.solve(small[pivots][:, others].toarray())  # X
+    row, column = np.nonzero(np.abs(ratio) >= 1e-12)
+    place = bound[pivots[row]], bound[others[column]]
+    is_free = np.ones(len(norm))
+    is_free[bound[pivots]] = 0
+    imposed = diags(is_free) - csr_matrix((ratio[row, column], place), gram.shape)
+    return BoundTrace(here, np.concatenate(owners), bound[pivots], csr_matrix(imposed), factor)
