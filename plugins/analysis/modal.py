@@ -42,7 +42,7 @@ class Modal(OfProblem):
         material(self.material)
         if self.mass not in ("consistent", "lumped"):
             raise ValueError(f"mass must be consistent or lumped; got {self.mass!r}")
-        if self.modes < 1:
+        if self.modes < 1 or self.gauss < 2:
             raise ValueError(
                 f"modes >= 1 and gauss >= 2 are needed; got {self.modes}, {self.gauss}"
             )

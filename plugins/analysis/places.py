@@ -35,8 +35,6 @@ class OfProblem(StatesProblem):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "units", checked_unit(self.units))
-        if self.gauss < 2:
-            raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
         if self.cyclic is not None:
             object.__setattr__(self, "cyclic", options_of("cyclic", Cyclic, self.cyclic))
 

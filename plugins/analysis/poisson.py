@@ -43,7 +43,7 @@ class Poisson(OfProblem):
             for _, item in check_items(name, items, {"value"}, needed=1):
                 if not is_number(item["value"]):
                     raise ValueError(f"{name}: value must be a number; got {item['value']!r}")
-        if not self.conductivity > 0:
+        if not self.conductivity > 0 or self.gauss < 2:
             raise ValueError(
                 f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
             )
