@@ -41,29 +41,27 @@ class Elements:
 
 
 def assemble_lower(
-    elements: Elements, young: float, poisson: float, density: float, n_gauss: int = 4
+    elements: Elements, poisson: float, n_gauss: int = 4
 ) -> tuple[Symmetric, Symmetric]:
-    """Stiffness (3 C, 3 C) and mass (C, C); displacement i of control point a is at 3 a + i.
+    """Stiffness (3 C, 3 C) for E = 1, and mass (C, C) for density 1.
 
-    The mass is the same for the three directions. n_gauss : Gauss points per direction. Raises
-    MeshingError if det J <= 0 at a Gauss point.
+    Displacement i of control point a is at 3 a + i. The mass is the same for the three directions.
+    n_gauss : Gauss points per direction. Raises MeshingError if det J <= 0 at a Gauss point.
     """
-    stiffness, mass = _gradient_and_mass(elements, 3, density, n_gauss)
-    solid = Material(young, poisson, density)
+    stiffness, mass = assemble_scalar_lower(elements, n_gauss, 3)
+    solid = Material(1.0, poisson, 1.0)
     cuts = parts(len(stiffness.blocks), PAIRS)
     side_by_side([partial(elastic, stiffness.blocks[cut], solid.lame, solid.shear) for cut in cuts])
     return stiffness, mass
 
 
-def assemble_scalar_lower(elements: Elements, n_gauss: int = 4) -> tuple[Symmetric, Symmetric]:
-    """Stiffness of -laplace u and mass, both (C, C). Raises MeshingError as `assemble_lower`."""
-    return _gradient_and_mass(elements, 1, 1.0, n_gauss)
-
-
-def _gradient_and_mass(
-    elements: Elements, order: int, density: float, n_gauss: int
+def assemble_scalar_lower(
+    elements: Elements, n_gauss: int = 4, order: int = 1
 ) -> tuple[Symmetric, Symmetric]:
-    """Integrals of dN_a/dx_i dN_b/dx_j (order 3), or their sum over i = j (order 1), and mass."""
+    """Stiffness of -laplace u and mass, both (C, C). Raises MeshingError as `assemble_lower`.
+
+    order : 3 for the integrals of dN_a/dx_i dN_b/dx_j (3 C, 3 C) instead of their sum over i = j
+    """
     t, w = gauss(n_gauss)
     values, gradients = volume_basis(t)
     tables = (
@@ -76,7 +74,7 @@ def _gradient_and_mass(
     matrix = functions.coefficients
     given = (
         *(functions.offsets, functions.functions, matrix.indptr, matrix.indices, matrix.data),
-        *(elements.points, elements.nodes, *tables, density),
+        *(elements.points, elements.nodes, *tables),
         *(gradient.indptr, gradient.indices, gradient.blocks, mass.blocks),
     )
     for runs in colours(functions, elements.size):

@@ -12,20 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_matrix, diags, eye, kron, spmatrix
-from scipy.sparse.linalg import LinearOperator
+from scipy.sparse import diags, eye, kron, spmatrix
 
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
 from polycube.analysis.cyclic import Sector
 from polycube.analysis.peaks import poor_elements
-from polycube.analysis.preconditioner import CORNERS, elastic_preconditioner, single_precision
+from polycube.analysis.preconditioner import CORNERS, approximate_inverse, single_precision
 from polycube.analysis.problem import Cyclic, Material
 from polycube.analysis.recovery import field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
-from polycube.numerics.products import Symmetric
 from polycube.types import Modes, Spline
 from polycube.units import METRES
 
@@ -71,14 +69,15 @@ def free_modes(
         raise ValueError(f"modes must be in [1, {constraints.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal, offset=spline.offset / diagonal)
-    stiffness, mass = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
+    stiffness, mass = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
-    near = elastic_preconditioner(unit, constraints, material.poisson, SHIFT)
+    near = approximate_inverse(unit, constraints, material.poisson, SHIFT)
     inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
     if near is None:
-        values, vectors = _direct(
-            stiffness, inertia, constraints, n_modes, constraints.points(spline.control)
-        )
+        free = constraints.restricted(stiffness.full())
+        free_inertia = constraints.restricted(kron(inertia, eye(3), "csr"))
+        points = constraints.points(spline.control)
+        values, vectors = lowest(free, free_inertia, n_modes, points)
     else:
         solid = near.restricted(stiffness), near.restricted(inertia)
         values, vectors = davidson(*solid, near, n_modes, SHIFT, TOLERANCE)
@@ -143,46 +142,19 @@ def _enriched(
     return found, off / values.clip(TINY) / 2
 
 
-def _direct(
-    stiffness: Symmetric, mass: spmatrix, constraints: Constraints, n_modes: int, points: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """`lowest` for the free unknowns."""
-    if constraints.basis.shape[0] == constraints.basis.shape[1]:
-        return lowest(stiffness.full(), mass, n_modes, points=points)
-    basis, inertia = constraints.basis, kron(mass, eye(3), "csr")
-    free, inertia = (csr_matrix(basis.T @ a @ basis) for a in (stiffness.full(), inertia))
-    return lowest(free, inertia, n_modes, points=points)
-
-
 def lowest(
-    stiffness: spmatrix,
-    mass: spmatrix,
-    n_modes: int,
-    shift: float = SHIFT,
-    points: np.ndarray | None = None,
+    stiffness: spmatrix, mass: spmatrix, n_modes: int, points: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest eigenvalues (K,), ascending, and M-orthonormal vectors (N, K) of K u = lambda M u.
 
-    mass : (N, N), or (N / n, N / n) if it is the same for the n components of each function
     points : (N, 3) position of each unknown, see `factorize`
 
-    Raises ValueError unless K - shift M is positive definite.
+    Raises ValueError unless K - SHIFT M is positive definite.
     """
-    n_components = stiffness.shape[0] // mass.shape[0]
     if stiffness.shape[0] <= DENSE * n_modes:
-        values, vectors = eigh(stiffness.toarray(), np.kron(mass.toarray(), np.eye(n_components)))
-        if values[0] <= shift:
+        values, vectors = eigh(stiffness.toarray(), mass.toarray())
+        if values[0] <= SHIFT:
             raise ValueError("matrix is not positive definite")
         return values[:n_modes], vectors[:, :n_modes]
-
-    def inertia(x: np.ndarray) -> np.ndarray:
-        return (mass @ x.reshape(mass.shape[0], -1)).reshape(x.shape)
-
-    factor = single_precision(stiffness - shift * kron(mass, eye(n_components), "csr"), points)
-    return davidson(
-        stiffness,
-        LinearOperator(stiffness.shape, inertia, matmat=inertia),
-        factor.solve,
-        n_modes,
-        shift,
-    )
+    factor = single_precision(stiffness - SHIFT * mass, points)
+    return davidson(stiffness, mass, factor.solve, n_modes, SHIFT)

@@ -10,7 +10,7 @@ from polycube.analysis.assembly import Elements, assemble_scalar_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.cyclic import Sector
-from polycube.analysis.preconditioner import scalar_preconditioner, solvers
+from polycube.analysis.preconditioner import approximate_inverse, solvers
 from polycube.analysis.problem import Cyclic, Flow
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
@@ -52,15 +52,23 @@ def conduct(
     supplied = metre**3 * (mass @ np.broadcast_to(source, mass.shape[:1]))
     for flow in flows:
         here = trace(spline, faces_of(spline, flow.place))
-        flux = flow.flux(here.points, here.normals) if callable(flow.flux) else flow.flux
-        supplied = supplied + metre**2 * here.moments(np.broadcast_to(flux, here.area.shape))
+        given = flow.flux(here.points, here.normals) if callable(flow.flux) else flow.flux
+        supplied = supplied + metre**2 * here.moments(np.broadcast_to(given, here.area.shape))
     basis, offset = constraints.basis, constraints.offset
-    near = scalar_preconditioner(spline, constraints)
+    near = approximate_inverse(spline, constraints)
     solve, _ = solvers(stiffness, constraints, constraints.points(spline.control), near)
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     nodal = spline.extraction @ u
-    flux, error, energy = _flux(spline, nodal, conductivity, metre, n_gauss)
+    line, _ = gauss(n_gauss)
+    solution = spline, nodal, lambda slope: -conductivity / metre * slope[:, 0]
+    flux = recovery.gradient_field(*solution)
+    error, energy = recovery.energy_error(
+        recovery.volumes(bezier_points(spline), n_gauss),
+        lambda field: (field**2).sum(axis=-1) / conductivity,
+        volume_basis(line)[0] @ flux[spline.nodes],
+        recovery.at_places(*solution, line),
+    )
     # what a layer on the boundary adds to the energy, see `shape`; u above its smallest value
     heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])
     fields = np.column_stack([2 * heat, nodal - nodal.min(), flux])
@@ -78,22 +86,3 @@ def conduct(
         supplied=float(supplied.sum()),
         units={"length": length_unit, "u": "K", "flux": "W/m^2", "flow": "W"},
     )
-
-
-def _flux(
-    spline: Spline, nodal: np.ndarray, conductivity: float, metre: float, n_gauss: int
-) -> tuple[np.ndarray, float, float]:
-    """The flux (B, 3) of u (B,), its error in the energy norm, and the energy of u.
-
-    The energy is the integral of flux^2 / conductivity in the unit of length of the part.
-    """
-    line, _ = gauss(n_gauss)
-    given = spline, nodal, lambda slope: -conductivity / metre * slope[:, 0]
-    flux = recovery.gradient_field(*given)
-    error, energy = recovery.energy_error(
-        recovery.volumes(bezier_points(spline), n_gauss),
-        lambda field: (field**2).sum(axis=-1) / conductivity,
-        volume_basis(line)[0] @ flux[spline.nodes],
-        recovery.at_places(*given, line),
-    )
-    return flux, error, energy

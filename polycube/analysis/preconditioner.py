@@ -8,7 +8,7 @@ compact solids. T, in single precision, couples 27 vertices, whereas K couples 3
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,10 +19,17 @@ from scipy.sparse.linalg import LinearOperator
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
 from polycube.errors import MeshingError
-from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
+from polycube.numerics.conjugate_gradients import (
+    ITERATIONS,
+    TOLERANCE,
+    Operator,
+    conjugate_gradients,
+)
 from polycube.numerics.factorization import Factor, factorize
 from polycube.numerics.products import Symmetric, times
 from polycube.types import ElementFunctions, Spline
+
+logger = logging.getLogger(__name__)
 
 LIMIT = 12_000  # functions above which the direct factor is more expensive
 SHARE = 0.05  # share of the identity in B
@@ -57,7 +64,7 @@ class Preconditioner:
         """
         mixed = (1 - SHARE) * model.values + SHARE * eye(len(model.vertices))
         values = csr_matrix(mixed, dtype=np.float32)
-        matrix = csr_matrix(constraints.basis.T @ stiffness.full() @ constraints.basis)
+        matrix = constraints.restricted(stiffness.full())
         factor = single_precision(matrix, constraints.points(model.vertices))
         return cls(values, csr_matrix(values.T), constraints.basis.astype(np.float32), factor)
 
@@ -103,40 +110,25 @@ def is_factored(spline: Spline) -> bool:
     return len(spline.control) < LIMIT or VertexModel.of(spline) is None
 
 
-def elastic_preconditioner(
-    spline: Spline, constraints: Constraints, poisson: float, shift: float = 0.0
+def approximate_inverse(
+    spline: Spline, constraints: Constraints, poisson: float | None = None, shift: float = 0.0
 ) -> Preconditioner | None:
-    """Approximate inverse of K - shift M of elasticity, for Young's modulus and density 1.
+    """Approximate inverse of the Laplacian, or with Poisson's ratio of K - shift M of elasticity.
 
-    None if the spline has fewer than LIMIT functions, or functions that do not belong to vertices.
+    K and M are those for Young's modulus and density 1. None if the spline has fewer than LIMIT
+    functions, or functions that do not belong to vertices.
     """
-
-    def shifted(elements: Elements) -> Symmetric:
-        stiffness, mass = assemble_lower(elements, 1.0, poisson, 1.0, N_GAUSS)
-        stiffness.blocks[:] -= shift * mass.blocks * np.eye(3)
-        return stiffness
-
-    return _preconditioner(spline, constraints, shifted)
-
-
-def scalar_preconditioner(spline: Spline, constraints: Constraints) -> Preconditioner | None:
-    """Approximate inverse of the Laplacian, or None as in `elastic_preconditioner`."""
-    return _preconditioner(
-        spline, constraints, lambda elements: assemble_scalar_lower(elements, N_GAUSS)[0]
-    )
-
-
-def _preconditioner(
-    spline: Spline, constraints: Constraints, assembled: Callable[[Elements], Symmetric]
-) -> Preconditioner | None:
     if len(spline.control) < LIMIT:
         return None
-    model = VertexModel.of(spline)
-    basis = constraints.basis
+    model, basis = VertexModel.of(spline), constraints.basis
     if model is None or abs(basis.T @ basis - eye(basis.shape[1])).max() > ORTHONORMAL:
         return None
     try:
-        stiffness = assembled(model.elements)
+        if poisson is None:
+            stiffness, _ = assemble_scalar_lower(model.elements, N_GAUSS)
+        else:
+            stiffness, mass = assemble_lower(model.elements, poisson, N_GAUSS)
+            stiffness.blocks[:] -= shift * mass.blocks * np.eye(3)
     except MeshingError:  # the hexes of the vertices are worse than the spline
         return None
     return Preconditioner.of(model, stiffness, constraints)
@@ -150,17 +142,24 @@ def solvers(
     Without a preconditioner, that is the direct factor, in single precision for many unknowns.
     """
     if near is None:
-        matrix = csr_matrix(constraints.basis.T @ stiffness.full() @ constraints.basis)
+        matrix = constraints.restricted(stiffness.full())
         factor = (factorize if matrix.shape[0] < SMALL else single_precision)(matrix, points)
+        multiply, rough, most = matrix.dot, factor.solve, FEW
+    else:
+        multiply, rough, most = near.restricted(stiffness).matvec, near, ITERATIONS
 
-        def solve(right: np.ndarray) -> np.ndarray:
-            try:
-                return conjugate_gradients(matrix.dot, right, factor.solve, FEW)
-            except MeshingError:  # too ill-conditioned for single precision
-                return factorize(matrix, points).solve(right)
+    def solve(right: np.ndarray) -> np.ndarray:
+        found, steps, residual = conjugate_gradients(multiply, right, rough, most)
+        if residual <= TOLERANCE:
+            logger.info("%d unknowns after %d steps", len(right), steps)
+            return found
+        if near is None:  # too ill-conditioned for single precision
+            return factorize(matrix, points).solve(right)
+        raise MeshingError(
+            f"the solution did not converge in {steps} steps: residual {residual:.1e}"
+        )
 
-        return solve, factor.solve
-    return partial(conjugate_gradients, near.restricted(stiffness).matvec, precondition=near), near
+    return solve, rough
 
 
 def single_precision(matrix: csr_matrix, points: np.ndarray | None = None) -> Factor:

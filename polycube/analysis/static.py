@@ -24,7 +24,7 @@ from polycube.analysis.continuous import Elasticity, Enrichment, corrected
 from polycube.analysis.cyclic import Sector
 from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
-from polycube.analysis.preconditioner import elastic_preconditioner, solvers
+from polycube.analysis.preconditioner import approximate_inverse, solvers
 from polycube.analysis.problem import Cyclic, Material, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
@@ -72,7 +72,7 @@ def deform(
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
-    stiffness, _ = assemble_lower(Elements.of(unit), 1.0, material.poisson, 1.0, n_gauss)
+    stiffness, _ = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
     elasticity = Elasticity.of(unit, material.poisson, n_gauss)
     points = spline.extraction @ spline.control
     # the same solid with one function for each Bezier node
@@ -94,7 +94,7 @@ def deform(
     scaled = on_nodes / (material.young * metres**2) + swelling
     force = (spline.extraction.T @ scaled).ravel()
     basis, offset = constraints.basis, constraints.offset / diagonal
-    near = elastic_preconditioner(unit, constraints, material.poisson)
+    near = approximate_inverse(unit, constraints, material.poisson)
     solve, rough = solvers(stiffness, constraints, constraints.points(spline.control), near)
 
     def coarse(rest: np.ndarray) -> np.ndarray:

@@ -1,13 +1,8 @@
 """Solve a symmetric positive definite system with a preconditioner."""
 
-import logging
 from collections.abc import Callable
 
 import numpy as np
-
-from polycube.errors import MeshingError
-
-logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-12  # of the initial residual, in the norm of the preconditioner
 ITERATIONS = 500  # largest number of iterations
@@ -16,29 +11,30 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def conjugate_gradients(
-    matrix: Operator, right: np.ndarray, precondition: Operator, most: int = ITERATIONS
-) -> np.ndarray:
-    """Solution (N,) of A x = right (N,).
+    matrix: Operator,
+    right: np.ndarray,
+    precondition: Operator,
+    most: int = ITERATIONS,
+    tolerance: float = TOLERANCE,
+) -> tuple[np.ndarray, int, float]:
+    """Solution of A x = right, number of steps, and residual relative to `right`.
 
     precondition : approximate inverse; it may be in single precision, because directions are made
         conjugate with the change of the residual (Polak and Ribiere)
-
-    Raises MeshingError if TOLERANCE is not reached within `most` iterations.
+    most : largest number of steps
+    tolerance : of the residual, in the norm of the preconditioner
     """
     found, rest = np.zeros_like(right), right
     better = direction = precondition(rest)
-    size = first = rest @ better
-    for step in range(most):
-        if size <= TOLERANCE**2 * first:
-            logger.info("%d unknowns after %d steps", len(right), step)
-            return found
+    size = first = np.vdot(rest, better)
+    step, residual = 0, float(first > 0)
+    while residual > tolerance and step < most:
         against = matrix(direction)
-        length = size / (direction @ against)
+        length = size / np.vdot(direction, against)
         found = found + length * direction
         change, rest = -length * against, rest - length * against
         better = precondition(rest)
-        direction = better + (better @ change) / size * direction
-        size = rest @ better
-    raise MeshingError(
-        f"the solution did not converge in {most} steps: residual {np.sqrt(size / first):.1e}"
-    )
+        direction = better + np.vdot(better, change) / size * direction
+        size = np.vdot(rest, better)
+        step, residual = step + 1, np.sqrt(max(size, 0) / first)
+    return found, step, residual

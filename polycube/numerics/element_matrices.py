@@ -1,18 +1,14 @@
 """Compiled integrals of products of functions and of their gradients, added to matrices."""
 
-from functools import partial
-
 import numpy as np
 from numba import njit
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, tril
 
 from polycube.numerics.products import Symmetric
-from polycube.numerics.threads import parts, side_by_side
 from polycube.types import ElementFunctions
 
 BAND = 48  # rows of products in a batch: those above the diagonal are not needed
 RUN = 32  # elements that one thread adds in sequence
-ROWS = 500  # functions above which two threads are used
 
 
 @njit(cache=True, nogil=True)
@@ -28,7 +24,6 @@ def add_elements(
     weights: np.ndarray,
     values: np.ndarray,
     gradients: np.ndarray,
-    density: float,
     indptr: np.ndarray,
     indices: np.ndarray,
     stiffness: np.ndarray,
@@ -43,7 +38,7 @@ def add_elements(
     weights, values, gradients : (q,), (64, q) and (64, 3 q), of the Bezier functions
     indptr, indices : lower triangle by rows
     stiffness : (Z, n, n) of dN_a/dx_i dN_b/dx_j for n = 3, of their sum over i = j for n = 1
-    mass : (Z, 1, 1) of density N_a N_b
+    mass : (Z, 1, 1) of N_a N_b
     """
     q, n = len(weights), stiffness.shape[1]
     least, worst, count = np.inf, -1, -1
@@ -68,7 +63,7 @@ def add_elements(
             break
         root = np.sqrt(weights * det)
         np.dot(extraction, values, shape)
-        shape *= np.sqrt(density) * root
+        shape *= root
         np.dot(extraction, gradients, slope)
         _to_space(slope.reshape(count, 3, q), inverse * root)
         side = slope.reshape(n * count, -1)
@@ -149,75 +144,30 @@ def elastic(blocks: np.ndarray, lame: float, shear: float) -> None:
 
 def zero_matrices(functions: ElementFunctions, size: int, *orders: int) -> list[Symmetric]:
     """Zero matrices with a common pattern for `size` functions, with blocks of the given orders."""
-    starts, elements = _elements_of(functions.offsets, functions.functions, size)
-    given = (functions.offsets, functions.functions, starts, elements)
-    rows = side_by_side([partial(_partners, *given, c.start, c.stop) for c in parts(size, ROWS)])
-    indptr = np.cumsum([0, *np.concatenate([count for count, _ in rows])])
-    indices = np.concatenate([partners for _, partners in rows])
-    return [Symmetric(indptr, indices, np.zeros((len(indices), n, n))) for n in orders]
+    has = _incidence(functions, size, functions.offsets)
+    lower = tril(has.T @ has, format="csr")
+    lower.sort_indices()
+    return [Symmetric(lower.indptr, lower.indices, np.zeros((lower.nnz, n, n))) for n in orders]
 
 
 def colours(functions: ElementFunctions, size: int) -> list[np.ndarray]:
-    """Runs of each colour, ascending; run r has the elements r RUN to (r + 1) RUN."""
-    ends = functions.offsets[::RUN]
-    offsets = ends if ends[-1] == functions.offsets[-1] else np.append(ends, functions.offsets[-1])
-    runs = _elements_of(offsets, functions.functions, size)
-    colour = _colour(offsets, functions.functions, *runs)
+    """Runs of each colour, ascending; run r has the elements r RUN to (r + 1) RUN.
+
+    The colour of a run is the first one without an earlier run that shares a function.
+    """
+    ends = np.append(functions.offsets[:-1:RUN], functions.offsets[-1])
+    has = _incidence(functions, size, ends)
+    near = csr_matrix(has @ has.T)
+    colour = np.full(len(ends) - 1, -1)
+    for run, others in enumerate(np.split(near.indices, near.indptr[1:-1])):
+        colour[run] = np.setdiff1d(np.arange(len(others) + 1), colour[others])[0]
     order = np.argsort(colour, kind="stable")
     return np.split(order, np.cumsum(np.bincount(colour))[:-1])
 
 
-def _elements_of(
-    offsets: np.ndarray, functions: np.ndarray, size: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Start of the elements of each function (C + 1,), and the elements."""
-    shape = (len(offsets) - 1, size)
-    has = csr_matrix((np.ones(len(functions), bool), functions, offsets), shape).tocsc()
-    return has.indptr, has.indices
-
-
-@njit(cache=True, nogil=True)
-def _partners(
-    offsets: np.ndarray,
-    functions: np.ndarray,
-    starts: np.ndarray,
-    elements: np.ndarray,
-    first: int,
-    last: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Number of columns of each row from `first` to `last`, and the columns up to the row."""
-    count = np.zeros(last - first, np.int64)
-    most = 0
-    for element in elements[starts[first] : starts[last]]:
-        most += offsets[element + 1] - offsets[element]
-    columns, size = np.empty(most, np.int32), 0
-    seen = np.full(last, -1)
-    for row in range(first, last):
-        start = size
-        for element in elements[starts[row] : starts[row + 1]]:
-            for column in functions[offsets[element] : offsets[element + 1]]:
-                if column <= row and seen[column] != row:
-                    seen[column] = row
-                    columns[size] = column
-                    size += 1
-        columns[start:size].sort()
-        count[row - first] = size - start
-    return count, columns[:size].copy()
-
-
-@njit(cache=True, nogil=True)
-def _colour(
-    offsets: np.ndarray, functions: np.ndarray, starts: np.ndarray, elements: np.ndarray
-) -> np.ndarray:
-    """(E,) the smallest colour without an earlier element that shares a function."""
-    n = len(offsets) - 1
-    colour = np.full(n, n)
-    taken = np.full(n + 1, -1)  # the last element that cannot have the colour
-    for element in range(n):
-        for function in functions[offsets[element] : offsets[element + 1]]:
-            for other in elements[starts[function] : starts[function + 1]]:
-                taken[colour[other]] = element
-        colour[element] = 0
-        while taken[colour[element]] == element:
-            colour[element] += 1
-    return colour
+def _incidence(functions: ElementFunctions, size: int, ends: np.ndarray) -> csr_matrix:
+    """Whether elements, or runs of them, have each function; their functions are between `ends`."""
+    columns = functions.functions.copy()  # `sum_duplicates` changes them
+    has = csr_matrix((np.ones(len(columns), bool), columns, ends), (len(ends) - 1, size))
+    has.sum_duplicates()
+    return has

@@ -9,9 +9,9 @@ from polycube.types import Spline
 def assemble(
     spline: Spline, young: float, poisson: float, density: float, n_gauss: int = 4
 ) -> tuple[bsr_matrix, csr_matrix]:
-    """Stiffness and mass as in `assemble_lower`, with both triangles."""
-    stiffness, mass = assemble_lower(Elements.of(spline), young, poisson, density, n_gauss)
-    return stiffness.full(), mass.full().tocsr()
+    """Stiffness and mass as in `assemble_lower`, of a material, with both triangles."""
+    stiffness, mass = assemble_lower(Elements.of(spline), poisson, n_gauss)
+    return young * stiffness.full(), density * mass.full().tocsr()
 
 
 def assemble_scalar(spline: Spline, n_gauss: int = 4) -> tuple[csr_matrix, csr_matrix]:
