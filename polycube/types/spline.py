@@ -80,15 +80,18 @@ class Spline:
         """Extraction operators of elements, without functions that vanish there."""
         from scipy.sparse import csr_matrix  # commands that compute nothing start without it
 
-        from polycube.types.local_functions import gathered
-
-        nodes, matrix = self.nodes[elements], self.extraction
-        offsets, functions, *rows = gathered(
-            matrix.indptr, matrix.indices, matrix.data, nodes, matrix.shape[1]
-        )
-        starts, places, values = rows
-        coefficients = csr_matrix((values, places, starts), (len(functions), 64))
-        return ElementFunctions(offsets, functions, coefficients)
+        rows = self.extraction[self.nodes[elements].ravel()]
+        place = np.repeat(np.arange(rows.shape[0]) % 64, np.diff(rows.indptr))
+        entries = rows.data, 64 * rows.indices.astype(np.int64) + place, rows.indptr[::64]
+        found = csr_matrix(entries, (rows.shape[0] // 64, 64 * rows.shape[1]))
+        found.sort_indices()  # in each element by function, then by Bezier node
+        function, place = np.divmod(found.indices.astype(np.int64), 64)
+        is_first = np.diff(function, prepend=-1) != 0
+        is_first[found.indptr[:-1]] = True
+        first = np.flatnonzero(is_first)
+        entries = found.data, place, np.append(first, len(place))
+        coefficients = csr_matrix(entries, (len(first), 64))
+        return ElementFunctions(np.searchsorted(first, found.indptr), function[first], coefficients)
 
 
 @dataclass(frozen=True, eq=False)
