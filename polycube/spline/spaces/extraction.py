@@ -12,11 +12,10 @@ the trilinear one of its corners, and it is only continuous with its neighbours.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import product
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_matrix
 
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_sides, unique_rows
@@ -198,45 +197,16 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
     for stratum in strata:
         dimension[stratum.nodes] = stratum.dimension
     parts = []
-    for d, corners, nodes in ((each.dimension, each.corners, each.nodes) for each in strata):
-        weights: np.ndarray = np.ones((1, 1))
-        for _ in range(d):
-            weights = np.kron(weights, NEAREST)
-        starts, columns, values = _means(nodes, corners, weights, dimension == d, n_vertices)
-        parts.append(csr_matrix((values, columns, starts), (n_nodes, n_vertices)))
+    for stratum in strata:
+        weights = reduce(np.kron, [NEAREST] * stratum.dimension, np.ones((1, 1)))
+        nodes = stratum.nodes.ravel()
+        at = np.flatnonzero(dimension[nodes] == stratum.dimension)
+        node, (cell, local) = nodes[at], np.divmod(at, len(weights))
+        shares = weights[local] / np.bincount(node)[node, None]
+        columns, starts = stratum.corners[cell].ravel(), np.arange(len(at) + 1) * weights.shape[1]
+        each = csr_matrix((shares.ravel(), columns, starts), (len(at), n_vertices))
+        ends = node, np.arange(len(at))
+        parts.append(csr_matrix((np.ones(len(at)), ends), (n_nodes, len(at))) @ each)
     rows = sum(parts)
     rows.sort_indices()
     return rows
-
-
-@njit(cache=True, nogil=True)
-def _means(
-    nodes: np.ndarray, corners: np.ndarray, weights: np.ndarray, ruled: np.ndarray, n_vertices: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Starts (B + 1,), columns and values of the rows of the nodes that are `ruled` (B,)."""
-    n_local, n_corners = weights.shape
-    ends = np.zeros(len(ruled) + 1, np.int64)
-    for node in nodes.flat:
-        ends[node + 1] += ruled[node]
-    ends = np.cumsum(ends)
-    # position of each node in `nodes`
-    place, where = ends[:-1].copy(), np.empty(ends[-1], np.int64)
-    for at, node in enumerate(nodes.flat):
-        if ruled[node]:
-            where[place[node]] = at
-            place[node] += 1
-    columns, values = np.empty(len(where) * n_corners, np.int32), np.empty(len(where) * n_corners)
-    starts, size = np.zeros(len(ruled) + 1, np.int32), 0
-    seen, entry = np.full(n_vertices, -1), np.empty(n_vertices, np.int64)
-    for node in range(len(ruled)):
-        for at in where[ends[node] : ends[node + 1]]:
-            cell, local = at // n_local, at % n_local
-            for k in range(n_corners):
-                c = corners[cell, k]
-                if seen[c] != node:
-                    seen[c], entry[c] = node, size
-                    columns[size], values[size] = c, 0
-                    size += 1
-                values[entry[c]] += weights[local, k] / (ends[node + 1] - ends[node])
-        starts[node + 1] = size
-    return starts, columns[:size].copy(), values[:size].copy()
