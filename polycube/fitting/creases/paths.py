@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
@@ -23,6 +22,7 @@ from polycube.fitting.creases.routing import (
     crowding,
     field,
     net,
+    spans,
 )
 from polycube.fitting.problem import FitProblem
 from polycube.surface import arc_length as sliding
@@ -94,8 +94,7 @@ def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: 
     vertices, column = np.unique(problem.outer[candidate], return_inverse=True)
     cost = np.full((len(distinct), len(vertices) + len(distinct)), FORBIDDEN)
     cost[corner, column] = (gap / mesh.size[vertices[column]]) ** 2
-    leaving = _leaving_directions(features)
-    cost[corner, column] += _misfits(distinct[corner], vertices[column], *leaving, mesh)
+    cost[corner, column] += _misfits(features, distinct[corner], vertices[column], mesh)
     cost[:, len(vertices) :] = NOT_MATCHED
     row, column = linear_sum_assignment(np.minimum(cost, FORBIDDEN))
     found = np.full(len(representative), -1)
@@ -122,33 +121,19 @@ def _leaving_directions(features: Features) -> tuple[np.ndarray, np.ndarray, np.
     table = np.reshape(rows, (-1, 5))
     table = table[np.argsort(table[:, 4], kind="stable")]
     first = np.searchsorted(table[:, 4], np.arange(len(features.corners) + 1))
-    return np.ascontiguousarray(table[:, :3]), table[:, 3].copy(), first
+    return table[:, :3], table[:, 3], first
 
 
-@njit(cache=True)
-def _misfits(
-    corner: np.ndarray,
-    vertex: np.ndarray,
-    direction: np.ndarray,
-    inside: np.ndarray,
-    first_direction: np.ndarray,
-    mesh: Net,
-) -> np.ndarray:
-    """(N,) mean cost of the creases that leave each corner, on the edges of a vertex."""
-    found = np.zeros(len(corner))
-    for n in range(len(corner)):
-        leaving = range(first_direction[corner[n]], first_direction[corner[n] + 1])
-        for k in leaving:
-            least = np.inf
-            for e in range(mesh.first[vertex[n]], mesh.first[vertex[n] + 1]):
-                askew = 1 - (
-                    direction[k, 0] * mesh.run[e, 0]
-                    + direction[k, 1] * mesh.run[e, 1]
-                    + direction[k, 2] * mesh.run[e, 2]
-                )
-                least = min(least, ASKEW * askew + CROWDED * crowding(inside[k], mesh.hexes[e]))
-            found[n] += least / len(leaving)
-    return found
+def _misfits(features: Features, corner: np.ndarray, vertex: np.ndarray, mesh: Net) -> np.ndarray:
+    """(N,) mean cost of the creases that leave each corner (N,), on the edges of a vertex (N,)."""
+    direction, inside, first = _leaving_directions(features)
+    pair, crease = spans(first, corner)
+    which, edge = spans(mesh.first, vertex[pair])
+    own = crease[which]
+    askew = 1 - (direction[own] * mesh.run[edge]).sum(axis=1)
+    each = ASKEW * askew + CROWDED * crowding(inside[own], mesh.hexes[edge])
+    least = np.minimum.reduceat(each, np.searchsorted(which, np.arange(len(pair))))
+    return np.bincount(pair, least / np.bincount(pair)[pair], len(corner))
 
 
 def find_routes(

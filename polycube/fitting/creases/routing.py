@@ -53,7 +53,13 @@ def net(problem: FitProblem, x: np.ndarray) -> Net:
     )
 
 
-@njit(cache=True)
+def spans(first: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers first[a] to first[a + 1] - 1 for each a of `at` (N,); which of them, and each."""
+    count = first[at + 1] - first[at]
+    which = np.repeat(np.arange(len(at)), count)
+    return which, np.arange(len(which)) + (first[at] - count.cumsum() + count)[which]
+
+
 def crowding(inside: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """Deviation of the angle of each hex at an edge from 90 degrees, in units of 90 degrees."""
     return np.abs(inside / np.maximum(hexes, 1) / (np.pi / 2) - 1)
@@ -74,15 +80,14 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net, on: flo
     on : distance, in local sizes, up to which edges are on the crease already and cost least
     """
     low, high = crease.points.min(axis=0), crease.points.max(axis=0)
-    vertex = _in_box(x, problem.outer, mesh.size, low, high)
-    _, gap = crease.nearest(x[vertex])
-    near = gap < REACH * mesh.size[vertex]
+    place, reach = x[problem.outer], REACH * mesh.size[problem.outer, None]
+    in_box = ((place > low - reach) & (place < high + reach)).all(axis=1)
+    vertex = problem.outer[in_box]
+    _, gap = crease.nearest(place[in_box])
+    near = gap < reach[in_box, 0]
     vertex, gap = vertex[near], gap[near]
-    degree = mesh.first[vertex + 1] - mesh.first[vertex]
-    leaving = np.arange(degree.sum()) + np.repeat(
-        mesh.first[vertex] - degree.cumsum() + degree, degree
-    )
-    one, two = np.repeat(np.arange(len(vertex)), degree), np.searchsorted(vertex, mesh.end[leaving])
+    one, leaving = spans(mesh.first, vertex)
+    two = np.searchsorted(vertex, mesh.end[leaving])
     stays = np.append(vertex, -1)[two] == mesh.end[leaving]
     one, two, used = one[stays], two[stays], leaving[stays]
     start, end = mesh.start[used], mesh.end[used]
@@ -96,24 +101,6 @@ def field(crease: Crease, problem: FitProblem, x: np.ndarray, mesh: Net, on: flo
     each[(np.maximum(gap[one], gap[two]) < on * size) & (askew < ALONG)] = PRESENT
     first = np.searchsorted(one, np.arange(len(vertex) + 1))
     return Field(vertex, first, two, each * mesh.length[used])
-
-
-@njit(cache=True)
-def _in_box(
-    x: np.ndarray, vertex: np.ndarray, size: np.ndarray, low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
-    """The vertices in a box, or within `REACH` sizes of it along each axis."""
-    found = np.empty(len(vertex), np.int64)
-    count = 0
-    for v in vertex:
-        reach = REACH * size[v]
-        is_in = True
-        for d in range(3):
-            is_in &= x[v, d] > low[d] - reach and x[v, d] < high[d] + reach
-        if is_in:
-            found[count] = v
-            count += 1
-    return found[:count]
 
 
 def cheapest(
