@@ -104,24 +104,28 @@ def corners(
     placed : (V, 3) with the boundary on the surface and its curves
     anywhere : also between other edges that lie on curves
     """
-    quads = problem.quads
-    direction = unit(placed[np.roll(quads, -1, axis=1)] - placed[quads])
-    back = -np.roll(direction, 1, axis=1)
-    cosine = np.einsum("qkd,qkd->qk", direction, back)
     key = np.array([len(placed), 1])
+    quads, on = problem.quads, on_crease(problem, matching)
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
-
-    def between(marked: np.ndarray) -> np.ndarray:
-        """(Q, 4) corners between two of the marked sides."""
-        is_marked = np.isin(sides, problem.sides[marked] @ key)
-        return is_marked & np.roll(is_marked, 1, axis=1)
-
-    on = on_crease(problem, matching)
-    is_flat = cosine < np.cos(FLAT)
     patch = problem.mesh.patch[problem.side_quads]
     wide = on & (problem.side_valence > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
-    flat = between(wide) & is_flat
-    ends = between(on) & np.isin(quads, matching.corner) & ~is_flat
+    marked = (np.isin(sides, problem.sides[each] @ key) for each in (wide, on))
+    return corners_between(placed, quads, *marked, matching.corner)
+
+
+def corners_between(
+    x: np.ndarray, quads: np.ndarray, wide: np.ndarray, on: np.ndarray, corner: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Flat corners (Q, 4), and the other quads (Q,) that have a corner of the surface.
+
+    wide, on : (Q, 4) sides between which a corner may be flat, and sides on curves
+    corner : (P,) vertices at corners of the surface
+    """
+    direction = unit(x[np.roll(quads, -1, axis=1)] - x[quads])
+    cosine = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1))
+    is_flat = cosine < np.cos(FLAT)
+    flat = wide & np.roll(wide, 1, axis=1) & is_flat
+    ends = on & np.roll(on, 1, axis=1) & np.isin(quads, corner) & ~is_flat
     return flat, ends.any(axis=1) & ~flat.any(axis=1)
 
 

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import fit_in_envelope, refit
-from polycube.fitting.cures.fitted import Faces, Fitted, cost, fitted, hex_costs
+from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs, with_flat_corners
 from polycube.fitting.cures.insertion import SUFFICIENT, Place, Trial, inserted, placed
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
 from polycube.hexmesh.feature_distances import TOLERANCE
@@ -180,7 +180,7 @@ class _Cures:
             return []
         poor, links = hex_costs(self.current.jacobian, self._aim), self.current.links
         found = []
-        for face, inside in Faces(self.current).with_flat_corners(self.current.cad_face):
+        for face, inside in with_flat_corners(self.current):
             gain = float(poor[inside].sum())
             if face not in self._faces and gain > self._gain:
                 place = Place(np.flatnonzero(inside & (poor > 0)), inside, face)

@@ -12,7 +12,7 @@ from polycube.fitting.creases.constraints import Matching, match, with_tolerance
 from polycube.fitting.creases.paths import numbered, path_sides
 from polycube.fitting.cures import losses
 from polycube.fitting.energy import Terms
-from polycube.fitting.flat_corners import FLAT
+from polycube.fitting.flat_corners import corners_between
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.snapping import goals_of
 from polycube.fitting.springs import NO_SPRINGS, Springs
@@ -20,7 +20,7 @@ from polycube.hexmesh.certificate import certify
 from polycube.hexmesh.connectivity import CHILDREN, GRID, PLACES, quad_edges, quad_sides
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.surface.fit_target import Target
-from polycube.surface.measures import connected, half_edges, unit
+from polycube.surface.measures import connected, half_edges
 from polycube.types import HexMesh
 
 OFF = 50.0  # cost of a diagonal of distance from the surface, beyond FREE_DISTANCE
@@ -100,6 +100,13 @@ class Fitted:
         ]
         return edge_keys(np.concatenate([np.zeros((0, 2), np.int64), *ends]), len(self.gap))
 
+    @cached_property
+    def part(self) -> np.ndarray:
+        """(Q,) part of the boundary of each quad, enclosed by the paths of the curves."""
+        sides, pair = quad_edges(self.mesh.quads)
+        joined = ~np.isin(edge_keys(sides, len(self.gap)), self.on_path)
+        return connected(pair[joined, 0], pair[joined, 1], len(self.mesh.quads))
+
 
 def fitted(mesh: HexMesh, target: Target) -> Fitted:
     """Prepare a mesh in model units that is fitted to its target."""
@@ -154,35 +161,16 @@ def edge_keys(ends: np.ndarray, n_vertices: int) -> np.ndarray:
     return np.sort(ends, axis=1) @ np.array([n_vertices, 1])
 
 
-class Faces:
-    """The quads of a fitted mesh, in parts enclosed by the paths of the curves."""
-
-    def __init__(self, fit: Fitted) -> None:
-        mesh, self.owner = fit.mesh, fit.links.sides[0]
-        self.quads, self.hexes = mesh.quads, mesh.hexes
-        sides, pair = quad_edges(mesh.quads)
-        self._on = np.sort(fit.on_path)
-        joined = ~np.isin(edge_keys(sides, len(fit.gap)), self._on)
-        self.part = connected(pair[joined, 0], pair[joined, 1], len(mesh.quads))
-        self.flat, self.sharp = self._corners(fit)
-
-    def _corners(self, fit: Fitted) -> tuple[np.ndarray, np.ndarray]:
-        """Quads (Q,) with flat corners between edges on paths, and quads (Q,) with other ones."""
-        x, quads = fit.mesh.vertices, self.quads
-        direction = unit(x[np.roll(quads, -1, axis=1)] - x[quads])
-        is_flat = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1)) < np.cos(FLAT)
-        on = np.isin(edge_keys(half_edges(quads), len(x)), self._on).reshape(-1, 4)
-        between = on & np.roll(on, 1, axis=1)
-        flat = (between & is_flat).any(axis=1)
-        ends = between & np.isin(quads, fit.corners) & ~is_flat
-        return flat, ends.any(axis=1) & ~flat
-
-    def with_flat_corners(self, cad_face: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """Numbers of CAD faces (Q,) with flat corners, and hexes (H,) to surround by a sheet."""
-        for number in np.unique(self.part[self.flat]):
-            own = self.part == number
-            under = np.isin(np.arange(len(self.hexes)), self.owner[own & ~self.sharp])
-            yield int(cad_face[own][0]), under
+def with_flat_corners(fit: Fitted) -> Iterator[tuple[int, np.ndarray]]:
+    """Numbers of CAD faces with flat corners, and hexes (H,) to surround by a sheet there."""
+    mesh, owner = fit.mesh, fit.links.sides[0]
+    keys = edge_keys(half_edges(mesh.quads), len(mesh.vertices))
+    on = np.isin(keys, fit.on_path).reshape(-1, 4)
+    flat, sharp = corners_between(mesh.vertices, mesh.quads, on, on, fit.corners)
+    for number in np.unique(fit.part[flat.any(axis=1)]):
+        own = fit.part == number
+        under = np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp])
+        yield int(fit.cad_face[own][0]), under
 
 
 def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:

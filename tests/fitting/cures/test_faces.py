@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.fitted import Faces, fitted
+from polycube.fitting.cures.fitted import fitted, with_flat_corners
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
 
@@ -15,7 +15,7 @@ def rod():
 
 
 def test_the_ends_of_a_rod_have_flat_corners_and_its_wall_has_none(rod):
-    found = dict(Faces(rod).with_flat_corners(rod.cad_face))
+    found = dict(with_flat_corners(rod))
     assert set(found) == {1, 2}
     height = rod.target.to_model(rod.mesh.vertices)[rod.mesh.hexes].mean(axis=1)[:, 2]
     for face, inside in found.items():
@@ -24,6 +24,5 @@ def test_the_ends_of_a_rod_have_flat_corners_and_its_wall_has_none(rod):
 
 
 def test_parts_are_the_cad_faces(rod):
-    faces = Faces(rod)
-    for number in np.unique(faces.part):
-        assert len(np.unique(rod.cad_face[faces.part == number])) == 1
+    for number in np.unique(rod.part):
+        assert len(np.unique(rod.cad_face[rod.part == number])) == 1

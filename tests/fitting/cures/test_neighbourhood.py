@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.creases.paths import path_sides
-from polycube.fitting.cures.fitted import Faces, edge_keys, fitted
+from polycube.fitting.cures.fitted import edge_keys, fitted, with_flat_corners
 from polycube.fitting.cures.neighbourhood import _runs, neighbourhood, with_detours
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.surface.fit_target import target
@@ -76,7 +76,7 @@ def test_a_path_may_have_two_vertices_in_a_part_without_the_edge_between_them(ro
 
 
 def test_a_sheet_has_new_vertices_that_move_and_paths_on_edges(rod):
-    for _, inside in Faces(rod).with_flat_corners(rod.cad_face):
+    for _, inside in with_flat_corners(rod):
         near = neighbourhood(rod, np.array([0]), inside)
         mesh = near.problem.mesh
         assert len(mesh.hexes) > len(near.elements)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures.envelope import refit
-from polycube.fitting.cures.fitted import Faces, cost, fitted
+from polycube.fitting.cures.fitted import cost, fitted, with_flat_corners
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.surface.fit_target import target
 from tests.fixtures.cures import lattice_on_rod
@@ -16,7 +16,7 @@ AIM = 0.4
 def trial():
     surface, mesh = lattice_on_rod()
     fit = fitted(mesh, target(surface))
-    _, inside = next(Faces(fit).with_flat_corners(fit.cad_face))
+    _, inside = next(with_flat_corners(fit))
     near = neighbourhood(fit, np.array([0]), inside)
     moving = near.used[near.moves[: len(near.used)]]
     before, _ = cost(fit.jacobian[near.elements], fit.gap[moving], fit.strayed[moving], AIM)
