@@ -26,7 +26,7 @@ from polycube.fitting.energy import Terms
 from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.problem import KEPT, FitProblem
 from polycube.fitting.snapping import GOOD, POINT_ALPHA, State, cover_of, goals_of, snap, state_of
-from polycube.fitting.springs import between, pull
+from polycube.fitting.springs import adjusted, between, pull
 from polycube.fitting.untangling import untangled
 from polycube.surface.fit_target import ALPHA, Target
 from polycube.types import HexMesh
@@ -167,8 +167,9 @@ def _soft(
         terms = SOFT._replace(beta=between(SOFT_BETAS, step), offset=offset)
         x = problem.relax(x, problem.lengths(x, *KEPT), terms, springs, 20, moves)
         jacobian = problem.scaled_jacobian(x)
-        trust = _relaxed(trust, problem.touching(jacobian < release_below), RECOVER)
-        hold = _relaxed(hold, problem.touching(jacobian < LIFTED), HOLD)
+        bad = problem.touching(jacobian < release_below)
+        trust = adjusted(trust, bad, RELEASE, 0.0, RECOVER)
+        hold = adjusted(hold, problem.touching(jacobian < LIFTED), RELEASE, 0.0, HOLD)
         if k >= rounds // 3:
             at = goals_of(problem, x, matching, trust)
             new = snap(problem, x, at, min(release_below, jacobian.min()), trust)
@@ -243,7 +244,3 @@ def _local(
         if reached < value - LOCAL_RESTART:
             x, (cover, _) = best.x, cover_of(problem, best, strength)
     return best
-
-
-def _relaxed(trust: np.ndarray, bad: np.ndarray, recovery: float) -> np.ndarray:
-    return np.where(bad, RELEASE * trust, np.minimum(1, recovery * trust))

@@ -16,7 +16,7 @@ from polycube.fitting.creases.constraints import Matching, goals, match, no_feat
 from polycube.fitting.energy import Terms
 from polycube.fitting.polish import polish
 from polycube.fitting.problem import RESHAPED, FitProblem
-from polycube.fitting.snapping import TRUSTED, exceeded_limits, merit
+from polycube.fitting.snapping import exceeded_limits, goals_of, merit
 from polycube.fitting.springs import adjusted, between, pull
 from polycube.hexmesh.connectivity import edges, split
 from polycube.hexmesh.inspection import inspect
@@ -173,7 +173,7 @@ def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe)
     trust = np.ones(len(x))
     for step in np.linspace(0, 1, recipe.rounds):
         weight = between(recipe.weight, step)
-        at = goals(problem, x, matching, ALPHA, trust > TRUSTED)
+        at = goals_of(problem, x, matching, trust)
         size, (_, quad_normals) = problem.size(x), problem.normals(x)
         on = (weight * trust / size**2)[problem.outer]
         springs = [

@@ -52,13 +52,7 @@ def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.n
 
 def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
     """The state of the given positions."""
-    return _measured(problem, x, at, at.place(problem, x), trust)
-
-
-def _measured(
-    problem: FitProblem, x: np.ndarray, at: Goals, goal: np.ndarray, trust: np.ndarray
-) -> State:
-    gap = np.linalg.norm(goal - x, axis=1)
+    gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
     on_feature = np.append(at.curve, at.corner)
     strayed = 0.0
     if at.allowed is not None:
@@ -92,7 +86,7 @@ def snap(
         if not share[vertex].any():
             break
         share[vertex] *= 0.5 if attempt < 6 else 0.0
-    return _measured(problem, y, at, goal, trust)
+    return state_of(problem, y, at, trust)
 
 
 def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Springs, float]:

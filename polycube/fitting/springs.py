@@ -5,8 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-WEAKENED, WEAKEST, RECOVERY = 0.4, 0.02, 1.3  # factors and limit of the trust
-
 
 class Springs(NamedTuple):
     """Quadratic springs: sum along (n . r)^2 + every |r|^2 with r = sum_k share_k x_k - goal."""
@@ -51,9 +49,11 @@ def between(ends: tuple[float, float], step: float) -> float:
     return ends[0] * (ends[1] / ends[0]) ** step
 
 
-def adjusted(trust: np.ndarray, bad: np.ndarray) -> np.ndarray:
+def adjusted(
+    trust: np.ndarray, bad: np.ndarray, lower: float = 0.4, least: float = 0.02, rise: float = 1.3
+) -> np.ndarray:
     """Weights (V,) of the springs at vertices: lower where `bad` (V,), elsewhere rising to 1."""
-    return np.where(bad, np.maximum(WEAKENED * trust, WEAKEST), np.minimum(RECOVERY * trust, 1))
+    return np.where(bad, np.maximum(lower * trust, least), np.minimum(rise * trust, 1))
 
 
 @njit(cache=True, nogil=True)
