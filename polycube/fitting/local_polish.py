@@ -7,6 +7,7 @@ every step of the search is projected onto the surface, so that no later project
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -25,6 +26,8 @@ ITERATIONS = 30
 ON_GOAL = 1e-6  # distance from a goal, in diagonals, below which a vertex is at its goal
 LOOSE = 3.0  # weight of the springs of other vertices, per square of the size
 SLIDING = Terms(shape=0.01, barrel=0.05, jacobian=1.0)  # of vertices that slide on the surface
+
+Function = Callable[..., tuple[float, np.ndarray]]  # positions (and springs): value and gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,31 +78,50 @@ def raise_worst(
     lengths = np.ascontiguousarray(lengths[part.hexes])
     floor = energy.bound(energy.least_determinant(start, part.corners, lengths))
     terms = SLIDING._replace(beta=beta, offset=float(jacobian.min()), floor=floor)
-    is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
-    springs = together([pull_back(problem, x, at, part, is_away), _within(cover, part, len(x))])
-    rails, slides = rails_of(problem, x, at, part, is_away)
-
-    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = energy.energy(y, part.corners, lengths, terms, springs)
-        return value, np.einsum("vij,vj->vi", rails, gradient)
-
+    whole = partial(energy.energy, hexes=part.corners, lengths=lengths, terms=terms)
     result = x.copy()
-    own = np.searchsorted(problem.outer, part.vertices[slides])
-    normals = problem.normals(x)[0][part.vertices[slides]]
-    back = retraction(problem, normals, slides, problem.vertex_face[own])
-    result[part.vertices] = descend(function, start, ITERATIONS, retract=back)
+    near = _within(cover, part, len(x))
+    result[part.vertices] = slid(problem, x, at, part, whole, [near], ITERATIONS)
     return result
 
 
-def pull_back(
-    problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
-) -> Springs:
-    """Springs on the moving vertices that are not at their goals."""
+def slid(
+    problem: FitProblem,
+    x: np.ndarray,
+    at: Goals,
+    part: Region,
+    whole: Function,
+    springs: list[Springs],
+    iterations: int,
+) -> np.ndarray:
+    """Positions (v, 3) of a region with a lower energy; its boundary slides on the surface.
+
+    at : goals of x; vertices that are not at their goals have springs to them and do not slide
+    whole : energy of positions and springs
+    springs : further springs
+    """
+    goal = at.place(problem, x)
+    is_away = np.linalg.norm(goal - x, axis=1) > ON_GOAL
     here = np.flatnonzero(is_away[part.vertices] & part.moves)
     vertex = part.vertices[here]
     every = LOOSE / problem.size(x)[vertex] ** 2
-    goal = at.place(problem, x)[vertex]
-    return pull(here, goal, np.zeros_like(goal), 0 * every, every)
+    back = pull(here, goal[vertex], np.zeros((len(here), 3)), 0 * every, every)
+    pulls = together([back, *springs])
+    rails, slides = _rails(problem, at, part, is_away)
+    sliding = part.vertices[slides]
+    normals, face = problem.normals(x)[0][sliding], np.zeros(len(sliding), np.int64)
+    cad_face = problem.vertex_face[np.searchsorted(problem.outer, sliding)]
+
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = whole(y, springs=pulls)
+        return value, np.einsum("vij,vj->vi", rails, gradient)
+
+    def retract(y: np.ndarray) -> np.ndarray:
+        nonlocal face
+        y[slides], face = problem.target.closest(y[slides], normals, ALPHA, face, FREE, cad_face)
+        return y
+
+    return descend(function, x[part.vertices], iterations, retract=retract)
 
 
 def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
@@ -112,32 +134,18 @@ def _within(cover: Springs, part: Region, n_vertices: int) -> Springs:
     return Springs(*(values[is_inside] for values in cover))._replace(vertex=index[is_inside])
 
 
-def rails_of(
-    problem: FitProblem, x: np.ndarray, at: Goals, part: Region, is_away: np.ndarray
+def _rails(
+    problem: FitProblem, at: Goals, part: Region, is_away: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Projectors (v, 3, 3) onto the permitted directions, and (v,) which slide on the surface."""
-    rails = np.tile(np.eye(3), (len(x), 1, 1))
+    rails = np.tile(np.eye(3), (len(is_away), 1, 1))
     rails[problem.outer] -= at.facing[:, :, None] * at.facing[:, None]
     rails[at.curve] = at.direction[:, :, None] * at.direction[:, None]
     rails[at.corner] = 0
     rails[is_away] = np.eye(3)
-    slides = np.zeros(len(x), bool)
+    slides = np.zeros(len(is_away), bool)
     slides[problem.outer] = True
     slides[at.curve] = slides[at.corner] = slides[is_away] = False
     rails, slides = rails[part.vertices], slides[part.vertices] & part.moves
     rails[~part.moves] = 0
     return rails, slides
-
-
-def retraction(
-    problem: FitProblem, normals: np.ndarray, slides: np.ndarray, cad_face: np.ndarray
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Function that projects sliding vertices onto their CAD face, if compatible with normals."""
-    face = np.zeros(len(normals), np.int64)
-
-    def back(y: np.ndarray) -> np.ndarray:
-        nonlocal face
-        y[slides], face = problem.target.closest(y[slides], normals, ALPHA, face, FREE, cad_face)
-        return y
-
-    return back

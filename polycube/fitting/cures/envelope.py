@@ -6,7 +6,7 @@ distance, as in Hu et al. 2020 (Fast tetrahedral meshing in the wild); vertices 
 corners by their permitted distance.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,10 +18,10 @@ from polycube.fitting.creases.constraints import Goals
 from polycube.fitting.cures.fitted import certified_jacobian, cost, distances, halved_energy
 from polycube.fitting.cures.neighbourhood import Neighbourhood
 from polycube.fitting.energy import Terms
-from polycube.fitting.local_polish import ON_GOAL, SLIDING, Region, pull_back, rails_of, retraction
+from polycube.fitting.local_polish import SLIDING, Function, Region, slid
 from polycube.fitting.problem import KEPT, RESHAPED
 from polycube.fitting.snapping import goals_of, snap
-from polycube.fitting.springs import NO_SPRINGS, pull, together
+from polycube.fitting.springs import pull
 from polycube.numerics.lbfgs import descend
 
 WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
@@ -121,21 +121,10 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     all_indices = np.arange(len(problem.hexes)), np.arange(len(x))
     region = Region(*all_indices, problem.hexes, near.moves)
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
-    is_away = np.linalg.norm(at.place(problem, x) - x, axis=1) > ON_GOAL
-    springs = together([pull_back(problem, x, at, region, is_away)])
-    rails, slides = rails_of(problem, x, at, region, is_away)
     least = energy.least_determinant(x, problem.hexes, lengths)
     terms = SLIDING._replace(beta=beta, offset=UNFOLD_OFFSET, floor=energy.bound(least))
-    whole = halved_energy(x, problem.hexes, lengths, terms, springs)
-
-    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = whole(y)
-        return value, np.einsum("vij,vj->vi", rails, gradient)
-
-    own = np.searchsorted(problem.outer, np.flatnonzero(slides))
-    normals = problem.normals(x)[0][slides]
-    back = retraction(problem, normals, slides, problem.vertex_face[own])
-    return descend(function, x, 25, retract=back)
+    whole = halved_energy(x, problem.hexes, lengths, terms)
+    return slid(problem, x, at, region, whole, [], 25)
 
 
 def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndarray) -> Refit:
@@ -159,7 +148,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
             break
         offset = float(problem.scaled_jacobian(x).min())
         terms = IN_ENVELOPE._replace(beta=beta, offset=offset, floor=energy.bound(least))
-        whole = halved_energy(x, problem.hexes, lengths, terms, NO_SPRINGS)
+        whole = halved_energy(x, problem.hexes, lengths, terms)
         function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
@@ -174,9 +163,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
     return returned if returned.least >= least - WORSE else best
 
 
-def _energy(
-    near: Neighbourhood, whole: Callable[[np.ndarray], tuple[float, np.ndarray]], x: np.ndarray
-) -> tuple[float, np.ndarray]:
+def _energy(near: Neighbourhood, whole: Function, x: np.ndarray) -> tuple[float, np.ndarray]:
     value, gradient = whole(x)
     return value, gradient * near.moves[:, None]
 

@@ -182,9 +182,9 @@ def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
 
 
 def halved_energy(
-    x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, terms: Terms, springs: Springs
-) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
-    """Function of the positions (V, 3) that gives the energy and its gradient (V, 3).
+    x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, terms: Terms
+) -> Callable[..., tuple[float, np.ndarray]]:
+    """Function of positions (V, 3), and springs if any: the energy and its gradient (V, 3).
 
     The energy of a hex contains its eight corners and its centre, but det J can be negative
     elsewhere. So hexes that may be inverted inside are halved in each direction. The corners of the
@@ -202,7 +202,7 @@ def halved_energy(
     half = np.repeat(lengths[some] / 2, 8, axis=0)
     free = terms._replace(floor=-np.inf)
 
-    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+    def function(y: np.ndarray, springs: Springs = NO_SPRINGS) -> tuple[float, np.ndarray]:
         value, gradient = energy.energy(y, hexes, lengths, terms, springs)
         if not len(some):
             return value, gradient

@@ -41,14 +41,14 @@ def with_a_hidden_inversion():
 
 def test_a_clearly_positive_hex_is_not_halved():
     x, lengths = 2.0 * PLACES, np.full((1, 3), 2.0)
-    found = halved_energy(x, ONE, lengths, TERMS, NO_SPRINGS)(x)
+    found = halved_energy(x, ONE, lengths, TERMS)(x)
     wanted = energy.energy(x, ONE, lengths, TERMS, NO_SPRINGS)
     assert found[0] == wanted[0] and np.array_equal(found[1], wanted[1])
 
 
 def test_the_energy_of_halves_is_that_of_eight_hexes_between_mid_points():
     lengths = np.full((1, 3), 4.0)
-    found, _ = halved_energy(HIDDEN, ONE, lengths, TERMS, NO_SPRINGS)(HIDDEN)
+    found, _ = halved_energy(HIDDEN, ONE, lengths, TERMS)(HIDDEN)
     wanted, _ = energy.energy(HIDDEN, ONE, lengths, TERMS, NO_SPRINGS)
     for corner in PLACES:  # each half is the image of a small cube
         at = (corner + PLACES) / 2
@@ -58,7 +58,7 @@ def test_the_energy_of_halves_is_that_of_eight_hexes_between_mid_points():
 
 
 def test_the_gradient_is_that_of_the_energy():
-    function = halved_energy(HIDDEN, ONE, np.full((1, 3), 4.0), TERMS, NO_SPRINGS)
+    function = halved_energy(HIDDEN, ONE, np.full((1, 3), 4.0), TERMS)
     along = np.random.default_rng(1).normal(size=HIDDEN.shape)
     high, low = (function(HIDDEN + step * along)[0] for step in (1e-6, -1e-6))
     assert (function(HIDDEN)[1] * along).sum() == pytest.approx((high - low) / 2e-6, rel=1e-5)
