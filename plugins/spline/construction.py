@@ -16,9 +16,10 @@ from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation, distances, edge_strips
+from polycube.spline.spaces.continuous import ContinuousSpace
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.hierarchy import Space
-from polycube.spline.spaces.optimal import OptimalSpace
+from polycube.spline.spaces.optimal import smallest_space
 from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
@@ -31,6 +32,7 @@ from polycube.spline.spaces.sharp_features import (
     union,
 )
 from polycube.spline.spaces.sharpness import GOOD, INVALID, NO_EDGES, POOR, Creases, Sharp, Trial
+from polycube.spline.spaces.subdivision import ControlMesh
 from polycube.spline.surface_fit import fit_to_surface
 from polycube.types import HexMesh, Spline, TriMesh
 
@@ -39,7 +41,12 @@ from .options import SplineOptions
 logger = logging.getLogger(__name__)
 
 Start = Callable[[], np.ndarray]  # (B, 3) Bezier points of h2s, fitted to the surface
-MakesSpace = Callable[[HexMesh, Sharp, Start], Space]
+# the functions on the hexes and their coefficients
+SPACES: dict[str, Callable[[HexMesh, Sharp, Start], Space]] = {
+    "c0": lambda hexes, sharp, start: ContinuousSpace(hexes, start()),
+    "h2s": lambda hexes, sharp, start: ControlMesh(hexes, *sharp),
+    "optimal": lambda hexes, sharp, start: smallest_space(hexes, start(), *sharp),
+}
 REENTRANT = 200  # angle inside the part in degrees above which the stress at an edge is unbounded
 
 
@@ -55,7 +62,7 @@ class Construction:
         self.on = unique_cad_faces(hexes, surface)
         self.singular = len(extraordinary_edges(hexes)[0])
 
-    def best_trial(self, space: MakesSpace, known: Trial | None = None) -> Trial:
+    def best_trial(self, space: str, known: Trial | None = None) -> Trial:
         """The spline with the smallest cost; `known` is the best one of h2s.
 
         Tried are splines with all creases, with the harmless ones, and with all creases and
@@ -115,15 +122,15 @@ class Construction:
         edges = _inner_edges(spline, self.hexes, surface)
         return replace(spline, inner_edges=edges, offset=offset, tilt=tilt)
 
-    def size(self, space: Callable[[HexMesh, Sharp, Start], OptimalSpace]) -> int:
-        """About the number of functions of a space with these sharp features, before any fit."""
+    def size(self) -> int:
+        """About the number of functions of the space optimal with these sharp features."""
         sharp = sharp_features(self.options, self.hexes, self.creases)
         plain = volumetric_spline(self.hexes, *sharp)
-        made = space(self.hexes, sharp, lambda: plain.extraction @ plain.control)
+        made = smallest_space(self.hexes, plain.extraction @ plain.control, *sharp)
         return made.size * 8**self.options.refine.levels
 
-    def _trial(self, space: MakesSpace, known: Trial | None, name: str, sharp: Sharp) -> Trial:
-        own = space(self.hexes, sharp, partial(self._start, sharp, known))
+    def _trial(self, space: str, known: Trial | None, name: str, sharp: Sharp) -> Trial:
+        own = SPACES[space](self.hexes, sharp, partial(self._start, sharp, known))
         spline = self._fitted(refined_spline(own, self.options.refine, self.surface, self.singular))
         floor, lost = self.options.fit.floor, self.creases.lost(sharp)
         return Trial.of(name, spline, sharp, self.surface, floor, lost)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from polycube.analysis.problem import MATERIALS
 from polycube.analysis.supports import prescribed, supports
@@ -15,15 +14,6 @@ from polycube.types import HexMesh, Spline, TriMesh
 
 from .options import SplineOptions
 
-if TYPE_CHECKING:
-    from polycube.spline.spaces.continuous import ContinuousSpace
-    from polycube.spline.spaces.hierarchy import Space
-    from polycube.spline.spaces.optimal import OptimalSpace
-    from polycube.spline.spaces.sharpness import Sharp
-    from polycube.spline.spaces.subdivision import ControlMesh
-
-    from .construction import Start
-
 logger = logging.getLogger(__name__)
 
 MODES = 10  # lowest modes whose error is estimated, including rigid ones
@@ -31,13 +21,10 @@ MOST = 40_000  # functions up to which a matrix is factored as a whole without a
 
 
 @dataclass(frozen=True)
-class Volumetric(SplineOptions, ABC):
+class Volumetric(SplineOptions):
     """A spline on the hexes in the space of a subclass."""
 
-    @staticmethod
-    @abstractmethod
-    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> Space:
-        """The functions on the hexes and their coefficients; from the points of h2s if needed."""
+    space: ClassVar[str]  # name in `construction.SPACES`
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
         """The spline; logs how many edges are sharp and the smallest det J."""
@@ -57,12 +44,7 @@ class C0(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    @staticmethod
-    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> ContinuousSpace:
-        """One function for each Bezier node, with the points of h2s."""
-        from polycube.spline.spaces.continuous import ContinuousSpace
-
-        return ContinuousSpace(hexes, start())
+    space = "c0"
 
 
 @register("spline", "h2s")
@@ -76,12 +58,7 @@ class H2S(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("wei2017th", "yu2022hexgen", "borden2011extraction")
 
-    @staticmethod
-    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> ControlMesh:
-        """The functions of the vertices."""
-        from polycube.spline.spaces.subdivision import ControlMesh
-
-        return ControlMesh(hexes, *sharp)
+    space = "h2s"
 
 
 @register("spline", "optimal")
@@ -96,12 +73,7 @@ class Optimal(Volumetric):
 
     references: ClassVar[tuple[str, ...]] = ("borden2011extraction",)
 
-    @staticmethod
-    def space(hexes: HexMesh, sharp: Sharp, start: Start) -> OptimalSpace:
-        """The functions, with the Bezier points of h2s."""
-        from polycube.spline.spaces.optimal import smallest_space
-
-        return smallest_space(hexes, start(), *sharp)
+    space = "optimal"
 
 
 @register("spline", "auto")
@@ -136,11 +108,8 @@ class Auto(SplineOptions):
         from .construction import Construction
 
         made = Construction(self, surface, hexes)
-        larger = (
-            self.solves != "static"
-            and self.sector is None
-            and _is_affordable(made.size(Optimal.space))
-        )
+        may_be_larger = self.solves != "static" and self.sector is None
+        larger = may_be_larger and _is_affordable(made.size())
         if larger and self.solves == "poisson":
             return made.finished(made.best_trial(Optimal.space))
         best = made.best_trial(H2S.space)
