@@ -58,7 +58,7 @@ def energy(
     gradients = np.zeros((len(cuts), *x.shape))
     values = side_by_side(
         [
-            partial(_hex_energy, x, hexes, lengths, terms, gradient, cut.start, cut.stop)
+            partial(_hex_energy, x, hexes[cut], lengths[cut], terms, gradient)
             for cut, gradient in zip(cuts, gradients, strict=True)
         ]
     )
@@ -89,15 +89,9 @@ def least_determinant(x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray) -> 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _hex_energy(
-    x: np.ndarray,
-    hexes: np.ndarray,
-    lengths: np.ndarray,
-    terms: Terms,
-    gradient: np.ndarray,
-    begin: int,
-    end: int,
+    x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, terms: Terms, gradient: np.ndarray
 ) -> float:
-    """Sum over hexes begin to end; adds to the gradient through the gradient by edges.
+    """Sum over hexes; adds to the gradient through the gradient by edges.
 
     LANES hexes are evaluated together, so that the loops over them are vectorised.
     """
@@ -105,42 +99,36 @@ def _hex_energy(
     corner, weight = np.empty((24, LANES)), np.empty((4, LANES))
     edge, by_edge, out = np.empty((45, LANES)), np.empty((45, LANES)), np.empty((6, LANES))
     least = np.empty(LANES)
-    for start in range(begin, end, LANES):
-        n = min(LANES, end - start)
-        _gather(x, hexes, lengths, start, n, corner, weight)
+    for start in range(0, len(hexes), LANES):
+        batch = hexes[start : start + LANES]
+        _gather(x, batch, lengths[start : start + LANES], corner, weight)
         _edges(corner, edge)
         by_edge[:] = 0.0
         least[:] = np.inf
         for f in range(9):
             i, j, k = 3 * FRAME_EDGES[f, 0], 3 * FRAME_EDGES[f, 1], 3 * FRAME_EDGES[f, 2]
-            _frame(edge, weight, i, j, k, _DIRECTION[f], FRAME_SIGNS[f], terms, out)
+            _frame(edge, weight, f, terms, out)
             _add_cross(by_edge, edge, i, j, k, out, 2)
             _add_cross(by_edge, edge, j, k, i, out, 3)
             _add_cross(by_edge, edge, k, i, j, out, 4)
             for at in range(LANES):
                 least[at] = min(least[at], out[5, at])
-            for at in range(n):
+            for at in range(len(batch)):
                 total += out[0, at]
-        for at in range(n):
+        for at in range(len(batch)):
             if least[at] < terms.floor:
                 return np.inf
-        _scatter(by_edge, hexes, start, n, corner, gradient)
+        _scatter(by_edge, batch, corner, gradient)
     return total / 8
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _gather(
-    x: np.ndarray,
-    hexes: np.ndarray,
-    lengths: np.ndarray,
-    start: int,
-    n: int,
-    corner: np.ndarray,
-    weight: np.ndarray,
+    x: np.ndarray, hexes: np.ndarray, lengths: np.ndarray, corner: np.ndarray, weight: np.ndarray
 ) -> None:
-    """Corners of hexes, and weights of edges and determinants; the last batch is padded."""
+    """Corners of hexes, and weights of edges and determinants; a smaller batch is padded."""
     for at in range(LANES):
-        h = start + min(at, n - 1)
+        h = min(at, len(hexes) - 1)
         for k in range(8):
             for d in range(3):
                 corner[3 * k + d, at] = x[hexes[h, k], d]
@@ -168,23 +156,15 @@ def _edges(corner: np.ndarray, edge: np.ndarray) -> None:
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
-def _frame(
-    edge: np.ndarray,
-    weight: np.ndarray,
-    i: int,
-    j: int,
-    k: int,
-    direction: np.ndarray,
-    sign: float,
-    terms: Terms,
-    out: np.ndarray,
-) -> None:
-    """Values of a frame with the edges in rows i, j, k.
+def _frame(edge: np.ndarray, weight: np.ndarray, f: int, terms: Terms, out: np.ndarray) -> None:
+    """Values of a frame.
 
     `out` receives the value, the derivative with respect to the determinant, the factors of a, b, c
     in the gradients with respect to a, b, c, and d.
     """
-    p, q, r = direction
+    i, j, k = 3 * FRAME_EDGES[f, 0], 3 * FRAME_EDGES[f, 1], 3 * FRAME_EDGES[f, 2]
+    p, q, r = _DIRECTION[f]
+    sign = FRAME_SIGNS[f]
     for at in range(LANES):
         a = (edge[i, at], edge[i + 1, at], edge[i + 2, at])
         b = (edge[j, at], edge[j + 1, at], edge[j + 2, at])
@@ -228,12 +208,7 @@ def _add_cross(
 
 @njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _scatter(
-    by_edge: np.ndarray,
-    hexes: np.ndarray,
-    start: int,
-    n: int,
-    corner: np.ndarray,
-    gradient: np.ndarray,
+    by_edge: np.ndarray, hexes: np.ndarray, corner: np.ndarray, gradient: np.ndarray
 ) -> None:
     """Add the gradients with respect to edges to those of the vertices, through the corners."""
     corner[:] = 0.0
@@ -244,7 +219,7 @@ def _scatter(
                 g = (by_edge[3 * e + d, at] + by_edge[36 + e // 4 * 3 + d, at] / 4) / 8
                 corner[p + d, at] -= g
                 corner[q + d, at] += g
-    for at in range(n):
+    for at in range(len(hexes)):
         for k in range(8):
             for d in range(3):
-                gradient[hexes[start + at, k], d] += corner[3 * k + d, at]
+                gradient[hexes[at, k], d] += corner[3 * k + d, at]
