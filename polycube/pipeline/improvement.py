@@ -42,16 +42,12 @@ class Improvement(Run):
     """
 
     preparation = ("read",)
+    starts_from = ("surface", "hexes")
 
     @property
     def bundle(self) -> Node:
         """The stages of conf/meshing/improve.yaml."""
         return self.settings.improve
-
-    @property
-    def start_fields(self) -> tuple[str, ...]:
-        """A surface and a hex mesh."""
-        return ("surface", "hexes")
 
     def load_input(self) -> RunState:
         """The input of the resumed run."""

@@ -47,6 +47,8 @@ class Run:
     """
 
     preparation: tuple[str, ...] = ("read", "structure")  # stages before the meshing stages
+    # fields of the state from which meshing starts
+    starts_from: tuple[str, ...] = ("surface", "polycube", "rough_map", "blocks", "parametrization")
 
     def __init__(self, settings: Settings, read: Read, interrupt: Event | None = None) -> None:
         self.settings = settings
@@ -59,7 +61,7 @@ class Run:
         except ValueError as error:
             raise InputError(str(error), "meshing.at") from None
         self.policy: Policy = build("policy", settings.policy)
-        self.meshing = meshing_stages(self.bundle, self.start_fields)
+        self.meshing = meshing_stages(self.bundle, self.starts_from)
         check_options(self.meshing, self.bundle)
         self.solving = solving_stages(self.settings)
         self.primitives = voxels(settings.primitives["use"])
@@ -81,11 +83,6 @@ class Run:
     def bundle(self) -> Node:
         """The meshing stages and their variants."""
         return self.settings.meshing
-
-    @property
-    def start_fields(self) -> tuple[str, ...]:
-        """Fields of the state that meshing starts from."""
-        return ("surface", "polycube", "rough_map", "blocks", "parametrization")
 
     def begin(self) -> RunState:
         """Read the part and propose its first structures.
