@@ -9,11 +9,12 @@ import logging
 
 import numpy as np
 
-from polycube.fitting.creases.constraints import Matching, chains, on_crease
+from polycube.fitting.creases.constraints import Matching, on_crease
 from polycube.fitting.problem import FitProblem
-from polycube.hexmesh.connectivity import exposed, hex_mesh, label_of, quad_edges
+from polycube.hexmesh.connectivity import exposed, hex_mesh, label_of, quad_edges, unique_rows
 from polycube.hexmesh.generation.sheets import middles
 from polycube.surface.fit_target import ALPHA
+from polycube.surface.measures import connected
 from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
@@ -48,18 +49,37 @@ def smooth_regions(
     by_angle : only a border at which the hexes are nearly flat needs a layer, on a crease or not
     """
     region = regions(problem, matching)
-    borders = chains(problem, region)
+    side, border, patches = _borders(problem, region)
+
+    def share(marked: np.ndarray) -> np.ndarray:
+        """Share of the edges (E,) of each border that are marked."""
+        return np.bincount(border, marked[side]) / np.bincount(border)
+
     on = on_crease(problem, matching)
     flat = _is_flat(problem, x, on if by_angle else np.ones(len(on), bool))
-    is_sharp = borders.share(~flat if by_angle else ~flat & on) >= least
-    concave = is_sharp & (borders.share(_is_concave(problem, x)) > 0.5)
-    taken = np.isin(region, borders.patches[~is_sharp])
+    is_sharp = share(~flat if by_angle else ~flat & on) >= least
+    concave = is_sharp & (share(_is_concave(problem, x)) > 0.5)
+    taken = np.isin(region, patches[~is_sharp])
     while True:
-        adjacent = borders.patches[concave]
+        adjacent = patches[concave]
         mixed = adjacent[np.isin(adjacent, region[taken]).sum(axis=1) == 1]
         if len(mixed) == 0:
             return region, taken
         taken |= np.isin(region, mixed)
+
+
+def _borders(problem: FitProblem, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sides (N,) between regions (Q,), the border (N,) of each, and the two regions of a border."""
+    regions = np.sort(region[problem.side_quads], axis=1)
+    side = np.flatnonzero(regions[:, 0] != regions[:, 1])
+    _, pair, _ = unique_rows(regions[side])
+    # nodes (vertex, pair of regions): borders of one pair are connected through common vertices
+    ends = problem.sides[side] + len(problem.mesh.vertices) * pair[:, None]
+    nodes, node = np.unique(ends, return_inverse=True)
+    node = node.reshape(-1, 2)
+    number = connected(node[:, 0], node[:, 1], len(nodes))[node[:, 0]]
+    first = np.unique(number, return_index=True)[1]
+    return side, number, regions[side][first]
 
 
 def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.ndarray:

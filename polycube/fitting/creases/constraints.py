@@ -13,11 +13,10 @@ import numpy as np
 from polycube.fitting.creases.paths import Route, find_routes
 from polycube.fitting.problem import FitProblem
 from polycube.fitting.springs import Springs, pull
-from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import arc_length as sliding
 from polycube.surface.curves.features import Crease, covered
 from polycube.surface.fit_target import ALPHA, FREE
-from polycube.surface.measures import connected, curved_faces
+from polycube.surface.measures import curved_faces
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
 NEAR = 0.04
@@ -25,19 +24,6 @@ ALLOWED = 0.0025  # permitted distance from exact features at straight curves, i
 NEAREST = 0.0005  # smallest permitted distance, at curved ones
 STRAIGHT = 1 - 1e-5  # smallest ratio of the chord of a straight crease to its length
 MOST = 0.5  # smallest share of the area of a part on its CAD face
-
-
-@dataclass(frozen=True, eq=False)
-class Chains:
-    """Mesh edges between patches, and the chain (polycube edge) of each."""
-
-    side: np.ndarray  # (N,) indices of `problem.sides`
-    number: np.ndarray  # (N,) chain
-    patches: np.ndarray  # (E, 2) of each chain
-
-    def share(self, marked: np.ndarray) -> np.ndarray:
-        """(E,) share of the edges of each chain that are marked, for all sides of the problem."""
-        return np.bincount(self.number, marked[self.side]) / np.bincount(self.number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +89,6 @@ class Goals:
             pull(self.curve, self.curve_foot, self.direction, -w, w),
             pull(self.corner, self.corner_goal, away, np.zeros(len(c)), c),
         ]
-
-
-def chains(problem: FitProblem, patch: np.ndarray | None = None) -> Chains:
-    """Borders between patches (Q,) of a mesh, by default those of its polycube."""
-    patch = problem.mesh.patch if patch is None else patch
-    patches = np.sort(patch[problem.side_quads], axis=1)
-    side = np.flatnonzero(patches[:, 0] != patches[:, 1])
-    _, pair, _ = unique_rows(patches[side])
-    # nodes (vertex, pair of patches): chains of one pair are connected through common vertices
-    ends = problem.sides[side] + len(problem.mesh.vertices) * pair[:, None]
-    nodes, node = np.unique(ends, return_inverse=True)
-    node = node.reshape(-1, 2)
-    number = connected(node[:, 0], node[:, 1], len(nodes))[node[:, 0]]
-    first = np.unique(number, return_index=True)[1]
-    return Chains(side, number, patches[side][first])
 
 
 def match(problem: FitProblem, x: np.ndarray) -> Matching:
