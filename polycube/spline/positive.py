@@ -3,6 +3,7 @@
 Scaled det J is det J divided by the volume of its element.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -27,6 +28,8 @@ TANGENTIAL = 0.05  # weight of a gap along the surface, relative to one across i
 ELEMENTS = 256  # smallest number of elements for a thread
 GAPS = 2000  # smallest number of gaps for a thread
 STIFF = 0.02  # stiffness of the membrane of the step, relative to the mean diagonals
+
+Term = Callable[[np.ndarray], tuple[float, np.ndarray]]  # control points -> value and gradient
 
 
 def shares(spline: Spline) -> csr_matrix:
@@ -94,10 +97,10 @@ def raised(
     moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
     near = np.flatnonzero((share[:, moves] > INFLUENCE).sum(axis=1))
     chosen = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
-    terms: list[_Shortfall | _Gap] = [
-        _Shortfall(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
+    terms = [
+        _shortfall(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
     ]
-    terms += [_Gap(spline.control, moves, matches, chosen[p]) for p in parts(len(chosen), GAPS)]
+    terms += [_gaps(spline.control, moves, matches, chosen[p]) for p in parts(len(chosen), GAPS)]
     membrane = graph[moves][:, moves]
     stiff = STIFF * matches.weight.mean() / membrane.diagonal().mean()
     start = spline.control[moves]
@@ -112,40 +115,32 @@ def raised(
     return control
 
 
-class _Shortfall:
+def _shortfall(
+    spline: Spline, moves: np.ndarray, elements: np.ndarray, wanted: float, floor: float
+) -> Term:
     """Squared shortfall of det J in elements (e,), as a function of control points (n,)."""
+    values = detj(spline.extraction @ spline.control, spline.nodes[elements], LINE)
+    volume = np.abs(values.mean(axis=1))  # sufficient as a scale
+    nodes, local = np.unique(spline.nodes[elements], return_inverse=True)
+    all_rows = spline.extraction[nodes]
+    rows = all_rows[:, moves]
+    rest = all_rows @ spline.control - rows @ spline.control[moves]
+    how = local.reshape(-1, 64), LINE, floor * volume, ABOVE * wanted / floor
 
-    def __init__(
-        self, spline: Spline, moves: np.ndarray, elements: np.ndarray, wanted: float, floor: float
-    ) -> None:
-        values = detj(spline.extraction @ spline.control, spline.nodes[elements], LINE)
-        volume = np.abs(values.mean(axis=1))  # sufficient as a scale
-        nodes, local = np.unique(spline.nodes[elements], return_inverse=True)
-        rows = spline.extraction[nodes]
-        self.rows, self.local = rows[:, moves], local.reshape(-1, 64)
-        self.rest = rows @ spline.control - self.rows @ spline.control[moves]
-        self.unit, self.wanted = floor * volume, ABOVE * wanted / floor
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        value, by_point = squared_shortfall(rows @ y + rest, *how)
+        return value, rows.T @ by_point
 
-    def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        points = self.rows @ y + self.rest
-        value, by_point = squared_shortfall(points, self.local, LINE, self.unit, self.wanted)
-        return value, self.rows.T @ by_point
+    return function
 
 
-class _Gap:
+def _gaps(control: np.ndarray, moves: np.ndarray, matches: Matches, chosen: np.ndarray) -> Term:
     """Weighted squared gaps of some matches (m,), as a function of control points (n,)."""
-
-    def __init__(
-        self, control: np.ndarray, moves: np.ndarray, matches: Matches, chosen: np.ndarray
-    ) -> None:
-        rows = matches.rows[chosen]
-        self.rows = rows[:, moves]
-        self.rest = rows @ control - self.rows @ control[moves] - matches.goal[chosen]
-        self.normal, self.weight = matches.normal[chosen], matches.weight[chosen]
-
-    def __call__(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        rows = self.rows.indptr, self.rows.indices, self.rows.data
-        return _squared_gaps(*rows, self.rest, self.normal, self.weight, y)
+    all_rows = matches.rows[chosen]
+    rows = all_rows[:, moves]
+    rest = all_rows @ control - rows @ control[moves] - matches.goal[chosen]
+    given = rest, matches.normal[chosen], matches.weight[chosen]
+    return partial(_squared_gaps, rows.indptr, rows.indices, rows.data, *given)
 
 
 @njit(cache=True, nogil=True)

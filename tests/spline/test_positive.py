@@ -6,7 +6,7 @@ from scipy.sparse import random as random_matrix
 
 from polycube.spline.bezier import scaled_detj
 from polycube.spline.matching import Matches
-from polycube.spline.positive import DAMPED, DAMPINGS, TANGENTIAL, _Gap, damped, shares
+from polycube.spline.positive import DAMPED, DAMPINGS, TANGENTIAL, _gaps, damped, shares
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import single_hex_edges
 from tests.fixtures.hexmeshes import hex_box
@@ -47,7 +47,7 @@ def test_gaps_along_the_normal_have_the_largest_weight():
         return matches.weight[chosen] @ square
 
     y, step = rng.standard_normal((2, len(moves), 3))
-    value, slope = _Gap(control, moves, matches, chosen)(y)
+    value, slope = _gaps(control, moves, matches, chosen)(y)
     assert value == pytest.approx(reference(y), rel=1e-12)
     ahead, behind = reference(y + step), reference(y - step)  # exact, because it is quadratic
     assert np.vdot(slope, step) == pytest.approx((ahead - behind) / 2, rel=1e-10)
