@@ -15,7 +15,7 @@ from polycube.hexmesh.cad_faces import unique_cad_faces
 from polycube.hexmesh.connectivity import extraordinary_edges, quad_edges
 from polycube.hexmesh.named_sets import quads_of_spline
 from polycube.spline.bezier import min_detj
-from polycube.spline.boundary import deviation, distances, edge_strips
+from polycube.spline.boundary import distances, edge_strips
 from polycube.spline.spaces.continuous import ContinuousSpace
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.hierarchy import Space, refined_spline
@@ -93,7 +93,7 @@ class Construction:
             first, second = Sector.of(spline, self.options.sector).functions.T
             control[second] = self.options.sector.turned(control[first])
             spline = replace(spline, control=control)
-        jacobian, apart = min_detj(spline), deviation(spline, surface)
+        jacobian = min_detj(spline)
         logger.info(
             "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
             "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
@@ -107,13 +107,6 @@ class Construction:
             jacobian.element,
             *jacobian.position,
             jacobian.min_scaled_detj,
-        )
-        logger.info(
-            "99 %% of the boundary of the spline are within %.3f %% of the diagonal, "
-            "99 %% of the surface within %.3f %% of the spline, error of the volume %+.2f %%",
-            100 * apart.to_surface.p99,
-            100 * apart.to_spline.p99,
-            100 * apart.volume,
         )
         if jacobian.min_detj <= 0:
             logger.warning("the spline is not valid: det J is not positive everywhere")
