@@ -6,6 +6,7 @@ from typing import ClassVar
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import Goal, HexMesh, TriMesh
+from polycube.types.checks import check_number
 
 
 @register("meshing/cure", "sheets")
@@ -38,10 +39,8 @@ class Sheets:
 
         check_features(self.features)
         for name in ("aim", "further"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} must be from 0 to 1; got {getattr(self, name)}")
-        if not 0 <= self.envelope <= TOLERANCE:
-            raise ValueError(f"envelope must be from 0 to {TOLERANCE}; got {self.envelope}")
+            check_number(name, getattr(self, name), 0, 1)
+        check_number("envelope", self.envelope, 0, TOLERANCE)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh with fewer poor hexes; the same object if there is no improvement."""

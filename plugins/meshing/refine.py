@@ -7,6 +7,7 @@ from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
+from polycube.types.checks import check_number
 
 logger = logging.getLogger(__name__)
 
@@ -81,9 +82,7 @@ class Split:
     def __post_init__(self) -> None:
         check_features(self.features)
         for name in ("times", "most"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} must be 0 or more; got {getattr(self, name)}")
-        if self.max_hexes <= 0:
-            raise ValueError(f"max_hexes must be positive; got {self.max_hexes}")
+            check_number(name, getattr(self, name), 0, whole=True)
+        check_number("max_hexes", self.max_hexes, 1, whole=True)
         if self.deviation is not None:
             sizing.check_length("deviation", self.deviation)

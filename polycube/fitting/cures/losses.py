@@ -49,13 +49,33 @@ def samples_of(target: Target) -> Samples:
     return Samples(points, kind[feature], feature, factor[feature])
 
 
-def distances(mesh: HexMesh, samples: Samples) -> np.ndarray:
+def distances(
+    mesh: HexMesh,
+    samples: Samples,
+    which: np.ndarray | slice = slice(None),
+    near: np.ndarray | slice = slice(None),
+) -> np.ndarray:
     """(S,) distances of corners from boundary vertices, curves from edges, faces from quads.
 
     They are multiplied by `factor`: the largest permitted distance is the same for all features.
+
+    which : (S,) the samples; near : (Q,) the quads that are close to them
     """
-    every = np.ones(len(samples.points), bool)
-    return _distances(mesh.vertices, mesh.quads, samples, every)
+    points, kind = samples.points[which], samples.kind[which]
+    vertices, quads = mesh.vertices, mesh.quads[near]
+    result = np.full(len(points), np.inf)
+    if not len(quads):
+        return result * samples.factor[which]
+    pieces = (
+        vertices[quads.ravel()][:, None].repeat(3, axis=1),
+        vertices[half_edges(quads)[:, [0, 1, 1]]],
+        triangles(vertices, quads),
+    )
+    for number, corners in enumerate(pieces):
+        own = kind == number
+        if own.any():
+            result[own] = closest.distance(closest.tree(corners), points[own])
+    return result * samples.factor[which]
 
 
 def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray) -> np.ndarray:
@@ -69,7 +89,7 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     corner = mesh.vertices[mesh.quads]
     near = (corner.max(axis=1) > low - ROUND) & (corner.min(axis=1) < high + ROUND)
     after = before.copy()
-    after[here] = _distances(mesh.vertices, mesh.quads[near.all(axis=1)], samples, here)
+    after[here] = distances(mesh, samples, here, near.all(axis=1))
     return after
 
 
@@ -84,22 +104,3 @@ def percentiles(distance: np.ndarray, feature: np.ndarray) -> np.ndarray:
     last = end - 1 - (1 - MOST / 100) * (count - 1)  # as in numpy.percentile
     low, share = np.floor(last).astype(int), np.mod(last, 1)
     return (1 - share) * ordered[low] + share * ordered[np.minimum(low + 1, end - 1)]
-
-
-def _distances(
-    vertices: np.ndarray, quads: np.ndarray, samples: Samples, which: np.ndarray
-) -> np.ndarray:
-    points, kind = samples.points[which], samples.kind[which]
-    result = np.full(len(points), np.inf)
-    if not len(quads):
-        return result * samples.factor[which]
-    pieces = (
-        vertices[quads.ravel()][:, None].repeat(3, axis=1),
-        vertices[half_edges(quads)[:, [0, 1, 1]]],
-        triangles(vertices, quads),
-    )
-    for number, corners in enumerate(pieces):
-        own = kind == number
-        if own.any():
-            result[own] = closest.distance(closest.tree(corners), points[own])
-    return result * samples.factor[which]

@@ -119,8 +119,12 @@ def refined_spline(
 
 def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:
     """The truncated hierarchical spline of some levels, the elements of the coarsest first."""
-    pairs = list(zip(levels, [*levels[1:], None], strict=True))
-    active = [_active_elements(*pair) for pair in pairs]
+    pairs = zip(levels, [*levels[1:], None], strict=True)
+    # elements of Omega_l that are not refined further, ascending
+    active = [
+        np.setdiff1d(np.flatnonzero(level.inside), NO_INDICES if finer is None else finer.refined)
+        for level, finer in pairs
+    ]
     functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
     truncated = _truncated(levels, [own for own, _ in functions])
     carried = _carried(levels, truncated, [removed for _, removed in functions])
@@ -157,14 +161,6 @@ def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Sp
         patch=np.concatenate(patch),
         extraordinary_edges=extraordinary_edges,
     )
-
-
-def _active_elements(level: Level, finer: Level | None) -> np.ndarray:
-    """Elements of Omega_l that are not refined further, ascending."""
-    is_active = level.inside.copy()
-    if finer is not None:
-        is_active[finer.refined] = False
-    return np.flatnonzero(is_active)
 
 
 def _functions(level: Level, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
