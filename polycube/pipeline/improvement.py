@@ -20,7 +20,7 @@ from polycube.kinds import Expected
 from polycube.pipeline.intake import read_part
 from polycube.pipeline.resume.results import StageResults, has_stage
 from polycube.pipeline.run import Run
-from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.settings import Settings
 from polycube.search.history import History, Move
 from polycube.search.loop import search
 from polycube.search.moves import Given, MeshStructure
@@ -41,13 +41,9 @@ class Improvement(Run):
     boundary of the mesh. The result is never worse than the input.
     """
 
+    group = "improve"
     preparation = ("read",)
     starts_from = ("surface", "hexes")
-
-    @property
-    def bundle(self) -> Node:
-        """The stages of conf/meshing/improve.yaml."""
-        return self.settings.improve
 
     def load_input(self) -> RunState:
         """The input of the resumed run."""

@@ -46,12 +46,14 @@ class Run:
         If a plugin, an option or the order of the stages is invalid.
     """
 
+    group = "meshing"  # of the settings, with the meshing stages
     preparation: tuple[str, ...] = ("read", "structure")  # stages before the meshing stages
     # fields of the state from which meshing starts
     starts_from: tuple[str, ...] = ("surface", "polycube", "rough_map", "blocks", "parametrization")
 
     def __init__(self, settings: Settings, read: Read, interrupt: Event | None = None) -> None:
         self.settings = settings
+        self.bundle: Node = getattr(settings, self.group)  # meshing stages and their variants
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
         self._stored: tuple[int, int] | None = None  # number of structures, and the chosen one
@@ -78,11 +80,6 @@ class Run:
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)
         self.chain = Chain(self.clock, self.deadline)
         self.history: History | None = None
-
-    @property
-    def bundle(self) -> Node:
-        """The meshing stages and their variants."""
-        return self.settings.meshing
 
     def begin(self) -> RunState:
         """Read the part and propose its first structures.

@@ -137,10 +137,9 @@ def chords_needed(error: Callable[[int], float], wanted: float, least: int, most
     ----------
     error : distance for a number of chords, as `chord_error` gives it
     """
-    numbers = range(least, most + 1)
-    errors = []
-    for number in numbers:
-        errors.append(error(number))
-        if errors[-1] <= wanted:
+    errors: dict[int, float] = {}
+    for number in range(least, most + 1):
+        errors[number] = error(number)
+        if errors[number] <= wanted:
             return number
-    return numbers[int(np.argmin(errors))]
+    return min(errors, key=lambda number: errors[number])
