@@ -1,6 +1,7 @@
 """Improve the worst hexes, with the boundary on the surface."""
 
 from dataclasses import dataclass
+from functools import partial
 
 from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
 from polycube.registry import register, setting
@@ -47,33 +48,29 @@ class Polish:
 
         If the boundary crosses itself at a few places, it is repaired there.
         """
+        from polycube.fitting.polish import polish
         from polycube.fitting.uncrossing import without_crossings
         from polycube.hexmesh.inspection import inspect
         from polycube.hexmesh.scaled_jacobian import scaled_jacobian
         from polycube.surface.fit_target import target
 
-        best = self._polished(surface, hexes, 0.0)
-        if self.hold and scaled_jacobian(best.vertices, best.hexes).min() < self.free_below:
-            freer = self._polished(surface, hexes, self.free_below)
-            if inspect(freer, surface).n_lost_features <= inspect(best, surface).n_lost_features:
-                best = freer
-        return without_crossings(best, target(surface))
-
-    def _polished(self, surface: TriMesh, hexes: HexMesh, free_below: float) -> HexMesh:
-        from polycube.fitting.polish import polish
-        from polycube.surface.fit_target import target
-
-        mode = features_of(self.features, surface)
-        return polish(
+        goal, mode = target(surface), features_of(self.features, surface)
+        polished = partial(
+            polish,
             hexes,
-            target(surface),
+            goal,
             features=mode == "exact" or (mode == "soft" and not self.release),
             exact=mode == "exact",
             hold=self.hold,
-            free_below=free_below,
             soft_rounds=self.soft_rounds,
             hard_rounds=self.hard_rounds,
             local_rounds=self.local_rounds,
             crease_rounds=self.crease_rounds,
             samples=self.samples,
         )
+        best = polished()
+        if self.hold and scaled_jacobian(best.vertices, best.hexes).min() < self.free_below:
+            freer = polished(free_below=self.free_below)
+            if inspect(freer, surface).n_lost_features <= inspect(best, surface).n_lost_features:
+                best = freer
+        return without_crossings(best, goal)
