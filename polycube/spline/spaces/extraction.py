@@ -42,15 +42,8 @@ CORNERS = _local([0, 1], [0, 1], 2)  # the corners of each entity
 OWN = _local([0, 3], [1, 2], 4)  # its Bezier nodes closest to those corners
 CLOSURE = _local([0, 3], [0, 1, 2, 3], 4)  # its Bezier nodes and those of its sides
 NO_INDICES = np.zeros(0, np.int64)
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Cells of dimension d in tensor order: corners (c, 2^d) and Bezier nodes (c, 4^d)."""
-
-    dimension: int
-    corners: np.ndarray
-    nodes: np.ndarray
+DIMENSIONS = 3, 2, 1, 0  # of the strata, in this order
+Cells = tuple[np.ndarray, np.ndarray]  # of dimension d: corners (c, 2^d) and Bezier nodes (c, 4^d)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,15 +141,14 @@ def _strata(
 
     def cells(d: int, hexes: np.ndarray, local: np.ndarray) -> Cells:
         at = hexes[:, None]
-        return Cells(d, corners[at, CORNERS[d][local]], nodes[at, CLOSURE[d][local]])
+        return corners[at, CORNERS[d][local]], nodes[at, CLOSURE[d][local]]
 
     hexes = np.arange(len(corners))
     outside = np.bincount(numbers[2].ravel())[numbers[2]] == 1  # (H, 6)
     edge_ends = np.sort(corners[:, CORNERS[1]], axis=-1)  # (H, 12, 2)
     sharp = is_among(edge_ends, sharp_edges)
-    _check_sharp(
-        sharp_edges, tips, cells(1, *_first(numbers[1], sharp)), cells(2, *np.nonzero(outside))
-    )
+    curves, quads = cells(1, *_first(numbers[1], sharp))[0], cells(2, *np.nonzero(outside))[0]
+    _check_sharp(sharp_edges, tips, curves, quads)
     own = [np.isin(n, n[straight]) for n in numbers]  # [d] (H, n_d) entities of straight hexes
     return [
         cells(3, hexes, np.zeros_like(hexes)),
@@ -173,17 +165,19 @@ def _first(numbers: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndar
     return hexes[first], local[first]
 
 
-def _check_sharp(sharp_edges: np.ndarray, tips: np.ndarray, curves: Cells, quads: Cells) -> None:
+def _check_sharp(
+    sharp_edges: np.ndarray, tips: np.ndarray, curves: np.ndarray, quads: np.ndarray
+) -> None:
     """Raise ValueError unless sharp edges and corners are on the boundary, without duplicates."""
-    sides = np.sort(quads.corners[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
+    sides = np.sort(quads[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
     known = is_among(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
         raise ValueError(
             f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is not on the boundary"
         )
-    if len(curves.corners) != len(sharp_edges):
-        raise ValueError(f"{len(sharp_edges) - len(curves.corners)} sharp edges are given twice")
-    inside = np.setdiff1d(tips, quads.corners)
+    if len(curves) != len(sharp_edges):
+        raise ValueError(f"{len(sharp_edges) - len(curves)} sharp edges are given twice")
+    inside = np.setdiff1d(tips, quads)
     if len(inside):
         raise ValueError(f"corner vertex {inside[0]} is not on the boundary")
 
@@ -194,16 +188,15 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
     A row is the mean over the cells around the node of their trilinear weights at thirds.
     """
     dimension = np.zeros(n_nodes, np.int64)
-    for stratum in strata:
-        dimension[stratum.nodes] = stratum.dimension
+    for d, (_, nodes) in zip(DIMENSIONS, strata, strict=True):
+        dimension[nodes] = d
     parts = []
-    for stratum in strata:
-        weights = reduce(np.kron, [NEAREST] * stratum.dimension, np.ones((1, 1)))
-        nodes = stratum.nodes.ravel()
-        at = np.flatnonzero(dimension[nodes] == stratum.dimension)
-        node, (cell, local) = nodes[at], np.divmod(at, len(weights))
+    for d, (corners, nodes) in zip(DIMENSIONS, strata, strict=True):
+        weights = reduce(np.kron, [NEAREST] * d, np.ones((1, 1)))
+        at = np.flatnonzero(dimension[nodes.ravel()] == d)
+        node, (cell, local) = nodes.ravel()[at], np.divmod(at, len(weights))
         shares = weights[local] / np.bincount(node)[node, None]
-        columns, starts = stratum.corners[cell].ravel(), np.arange(len(at) + 1) * weights.shape[1]
+        columns, starts = corners[cell].ravel(), np.arange(len(at) + 1) * weights.shape[1]
         each = csr_matrix((shares.ravel(), columns, starts), (len(at), n_vertices))
         ends = node, np.arange(len(at))
         parts.append(csr_matrix((np.ones(len(at)), ends), (n_nodes, len(at))) @ each)
