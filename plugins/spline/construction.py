@@ -18,8 +18,9 @@ from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import distances, edge_strips
 from polycube.spline.spaces.continuous import ContinuousSpace
 from polycube.spline.spaces.extraction import volumetric_spline
-from polycube.spline.spaces.hierarchy import Space, refined_spline
+from polycube.spline.spaces.hierarchy import Space
 from polycube.spline.spaces.optimal import smallest_space
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,

@@ -8,7 +8,7 @@ import pytest
 from polycube.errors import InputError
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points, min_detj
-from polycube.spline.spaces.hierarchy import refined_spline
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import creases
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
 from tests.fixtures.hierarchies import space_on

@@ -9,7 +9,7 @@ from polycube.analysis.modal import lowest
 from polycube.io.hex_meshes import boundary, read_hexes
 from polycube.registry import build
 from polycube.spline.bezier import bezier_points
-from polycube.spline.spaces.hierarchy import refined_spline
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from tests.fixtures.hierarchies import space_on
 from tests.oracles.matrices import assemble

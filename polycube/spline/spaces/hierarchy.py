@@ -22,9 +22,8 @@ from scipy.sparse import csr_matrix, diags, vstack
 
 from polycube.spline.boundary import Elements
 from polycube.spline.spaces.extraction import NO_INDICES
-from polycube.spline.spaces.selection import Refinement, check_listed
 from polycube.spline.spaces.subdivision import bezier_halves
-from polycube.types import Spline, TriMesh
+from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
 
@@ -94,27 +93,6 @@ def ring(space: Space, elements: np.ndarray) -> np.ndarray:
     near = np.zeros(space.nodes.max() + 1, bool)
     near[corners[elements]] = True
     return np.flatnonzero(near[corners].any(axis=1))
-
-
-def refined_spline(
-    space: Space, refine: Refinement, surface: TriMesh, extraordinary_edges: int = 0
-) -> Spline:
-    """The truncated hierarchical spline; without refinement, the spline of the space.
-
-    Raises InputError for listed elements that do not exist.
-    """
-    levels = [coarsest(space, refine.levels)]
-    listed = refine.listed()
-    check_listed(listed, len(levels[0].inside))
-    while True:
-        level, depth = levels[-1], len(levels) - 1
-        # first, so that its children keep their numbers
-        wanted = listed[depth] if depth < len(listed) else NO_INDICES
-        marked = np.setdiff1d(refine.marked(level, depth, surface), wanted)
-        chosen = np.concatenate([wanted, marked])
-        if len(chosen) == 0:
-            return hierarchical_spline(levels, extraordinary_edges)
-        levels.append(finer_level(level, chosen))
 
 
 def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:

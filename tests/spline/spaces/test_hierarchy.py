@@ -13,13 +13,8 @@ from polycube.io.hex_meshes import boundary
 from polycube.registry import build
 from polycube.spline.bezier import min_detj
 from polycube.spline.spaces.extraction import TENSOR, bezier_nodes, volumetric_spline
-from polycube.spline.spaces.hierarchy import (
-    coarsest,
-    hierarchical_spline,
-    refined_spline,
-    remainder,
-    ring,
-)
+from polycube.spline.spaces.hierarchy import coarsest, hierarchical_spline, remainder, ring
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from polycube.spline.spaces.subdivision import CASTELJAU
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder

@@ -6,7 +6,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from polycube.registry import build
 from polycube.spline.bernstein import bernstein, tensor
-from polycube.spline.spaces.hierarchy import refined_spline
+from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.selection import Refinement
 from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, pillowed_cube
 from tests.fixtures.hierarchies import space_on
