@@ -12,7 +12,7 @@ the trilinear one of its corners, and it is only continuous with its neighbours.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -192,7 +192,9 @@ def _extraction(strata: list[Cells], n_nodes: int, n_vertices: int) -> csr_matri
         dimension[nodes] = d
     parts = []
     for d, (corners, nodes) in zip(DIMENSIONS, strata, strict=True):
-        weights = reduce(np.kron, [NEAREST] * d, np.ones((1, 1)))
+        weights: np.ndarray = np.ones((1, 1))
+        for _ in range(d):
+            weights = np.kron(weights, NEAREST)
         at = np.flatnonzero(dimension[nodes.ravel()] == d)
         node, (cell, local) = nodes.ravel()[at], np.divmod(at, len(weights))
         shares = weights[local] / np.bincount(node)[node, None]
