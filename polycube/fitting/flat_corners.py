@@ -109,8 +109,8 @@ def corners(
     sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2) @ key  # (Q, 4)
     patch = problem.mesh.patch[problem.side_quads]
     wide = on & (problem.side_valence > 1) & (anywhere | (patch[:, 0] != patch[:, 1]))
-    marked = (np.isin(sides, problem.sides[each] @ key) for each in (wide, on))
-    return corners_between(placed, quads, *marked, matching.corner)
+    is_wide, is_on = (np.isin(sides, problem.sides[each] @ key) for each in (wide, on))
+    return corners_between(placed, quads, is_wide, is_on, matching.corner)
 
 
 def corners_between(
