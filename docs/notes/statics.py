@@ -52,9 +52,12 @@ Row = dict[str, Any]
 
 
 class Case:
-    """A part, its held and its loaded CAD face, and the force."""
+    """A part, its held and its loaded CAD face, and the force.
 
-    def __init__(self, part: Path) -> None:
+    chosen : numbers of both faces, and the axis of the force; by default as described above
+    """
+
+    def __init__(self, part: Path, chosen: tuple[int, int, int] | None = None) -> None:
         surface, _ = read_surface(part)
         self.radius = NEAR * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
         area = face_areas(surface)
@@ -62,12 +65,14 @@ class Case:
         total = np.bincount(surface.region, area)
         centre = np.stack([np.bincount(surface.region, area * x) for x in middles.T], axis=1)
         centre /= np.maximum(total, 1e-300)[:, None]
-        own = np.flatnonzero(total > LEAST * total.sum())
-        apart = np.linalg.norm(centre[own][:, None] - centre[own], axis=2)
-        i, j = np.unravel_index(apart.argmax(), apart.shape)
-        self.part, self.faces = part, (int(own[i]), int(own[j]))
-        self.centres = centre[own[i]], centre[own[j]]
-        axis = int(np.abs(self.centres[1] - self.centres[0]).argmin())
+        if chosen is None:
+            own = np.flatnonzero(total > LEAST * total.sum())
+            apart = np.linalg.norm(centre[own][:, None] - centre[own], axis=2)
+            i, j = own[list(np.unravel_index(apart.argmax(), apart.shape))].tolist()
+            chosen = i, j, int(np.abs(centre[j] - centre[i]).argmin())
+        *faces, axis = chosen
+        self.part, self.faces = part, faces
+        self.centres = centre[faces]
         self.force = FORCE * np.eye(3)[axis]
         self.settings = [
             "analysis=static",
