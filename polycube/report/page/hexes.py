@@ -12,14 +12,16 @@ from polycube.report.numbers.features import KINDS, limit
 from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page import charts, templates
+from polycube.report.page import templates
+from polycube.report.pictures.colours import QUALITY_COLOURS, ramp
 from polycube.report.pictures.features import set_colours
 from polycube.report.pictures.scenes import cell_colour
 from polycube.state import RunState
 from polycube.surface.measures import diagonal
-from polycube.types import HexMesh, Json, TriMesh
+from polycube.types import HexMesh, Json
 
 KINDS_OF_SETS = {"direction": "direction", "hole": "hole", "cad_face": "CAD face", "patch": "patch"}
+N_BINS = 20  # bars of the histogram: wide enough for touch screens
 FLAT = 0.3  # length of the mean normal below which a set has no direction
 DIFFERS = 0.1  # of the area of the CAD face: larger differences of its set are shown
 N_NAMED = 12  # largest number of grid cells, and of CAD faces, with a name below their picture
@@ -100,17 +102,15 @@ def hexes(state: RunState, report: Json, pictures: templates.Pictures) -> Markup
     if mesh is None:
         return templates.NOTHING
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
-    worst, unit = int(quality.argmin()), length_unit(report)
-    shapes = numbers.get("quality", {})
-    ends = {name: shapes[name]["min" if MEASURES[name][1] is min else "max"] for name in shapes}
-    is_improved = bool(report.get("given") and numbers)
+    worst = int(quality.argmin())
     at = coordinates(mesh.vertices[mesh.hexes[worst]].mean(0).tolist())
     return templates.render(
         "hexes.html",
         pictures=pictures,
-        unit=unit,
-        before={"as given": report["given"], "improved": numbers} if is_improved else {},
-        histogram=charts.histogram(quality),
+        unit=length_unit(report),
+        diagonal=diagonal(state.surface),
+        given=report.get("given"),
+        bins=bins_of(quality),
         mesh=mesh,
         quality=quality,
         shares=np.percentile(quality, [1, 5, 50]).tolist(),
@@ -118,51 +118,16 @@ def hexes(state: RunState, report: Json, pictures: templates.Pictures) -> Markup
         cad_faces=len(np.unique(state.surface.region)),
         worst_caption=f"Worst hex: number {worst}, at {at}.",
         measures=MEASURES,
-        worst_values=ends,
-        spreads=_spreads(numbers, ends),
-        worst=_worst(numbers, unit),
-        deviation=_deviation(state.surface, numbers),
         primitives=_primitives(state, mesh),
     )
 
 
-def _spreads(numbers: Json, ends: Json) -> list[Markup]:
-    """Small histograms of the measures beside the scaled Jacobian.
-
-    ends : worst value of each measure
-    """
-    found = []
-    for name, shape in numbers.get("histograms", {}).items():
-        if name not in ("scaled_jacobian", "max_edge_ratio"):
-            found.append(
-                charts.spread(_spaced(name), **shape, worst=f"worst {templates.show(ends[name])}")
-            )
-    return found
-
-
-def _worst(numbers: Json, unit: str) -> list[templates.Row]:
-    return [
-        {
-            "worst by": _spaced(row["worst_by"]),
-            "hex": row["hex"],
-            **{_spaced(name): row[name] for name in row if name in MEASURES},
-            f"middle, {unit}": ", ".join(f"{c:.4g}" for c in row["center"]),
-            "cell": row["cell"],
-            **({"primitive": row["primitive"]} if "primitive" in row else {}),
-            "on patch": ", ".join(map(str, row["patches"])) or "inside",
-        }
-        for row in numbers.get("worst", ())
-    ]
-
-
-def _deviation(surface: TriMesh, numbers: Json) -> Json | None:
-    """Distances from the input, in per cent of the diagonal and as lengths."""
-    if "surface_to_mesh_max" not in numbers:
-        return None
-    ways = {"hex mesh to input": "mesh_to_surface", "input to hex mesh": "surface_to_mesh"}
-    ways |= {"boundary vertices to input": "vertex_off_surface"}
-    rows = templates.distance_rows(numbers, ways, diagonal(surface))
-    return {"rows": rows, "lengths": numbers.get("deviation", {})}
+def bins_of(quality: np.ndarray) -> tuple[list[float], list[int], list[str]]:
+    """Edges, counts and colours of the bars of a histogram of scaled Jacobians."""
+    low = 0.0 if quality.min() >= 0 else -1.0
+    counts, edges = np.histogram(np.clip(quality, low, 1), bins=N_BINS, range=(low, 1))
+    colours = ramp((edges[1:] + edges[:-1]) / 2, QUALITY_COLOURS)
+    return edges.tolist(), counts.tolist(), [f"#{each.tobytes().hex()}" for each in colours]
 
 
 def _primitives(state: RunState, mesh: HexMesh) -> Json:
@@ -179,10 +144,6 @@ def _primitives(state: RunState, mesh: HexMesh) -> Json:
         "moved apart; `cell` and `primitive` in hex.vtu.",
         "legend": named if len(cells) <= N_NAMED else (),
     }
-
-
-def _spaced(measure: str) -> str:
-    return measure.replace("_", " ").replace("jacobian", "Jacobian")
 
 
 def hex_counts(report: Json) -> Markup:

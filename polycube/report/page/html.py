@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from markupsafe import Markup
@@ -11,7 +12,7 @@ from polycube import __version__
 from polycube.io import manifest
 from polycube.report.citation import bibtex
 from polycube.report.numbers.problem import problem_of
-from polycube.report.numbers.verdict import about, tiles, verdict, why
+from polycube.report.numbers.verdict import about, length_unit, tiles, verdict, why
 from polycube.report.page import sections
 from polycube.report.page.hexes import features, hex_counts, hexes, sets
 from polycube.report.page.solutions import problem, solution
@@ -37,24 +38,27 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
     moving = {"trajectory.png": drawn["denoising"]} if "denoising" in drawn else {}
     here = {name for name in manifest.files(folder) if "/" not in name}
     here |= {*moving, "report.json", "config.json"}
+    unit, chosen = length_unit(report), report.get("config")
+    section = partial(element, sections.TEMPLATE)
+    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
     parts = [
         sections.view(state, report),
-        sections.warnings(report),
+        section("warnings", report.get("warnings")),
         hexes(state, report, drawn),
         hex_counts(report),
         features(report, drawn),
         sets(state, report, drawn),
-        sections.spline(state, report, drawn),
+        section("spline", drawn.get("spline"), report.get("spline", {}), diagonal, unit),
         problem(report, drawn),
         solution(state, report, drawn),
-        sections.surface(state, report, drawn),
-        sections.change(report, "points"),
-        sections.change(report, "repair"),
+        section("input", drawn.get("input"), report.get("input", {}), unit),
+        element("repairs.html", "points", report.get("points"), unit),
+        element("repairs.html", "repair", report.get("repair"), unit),
         sections.structure(state, report, drawn),
-        sections.denoising(report, moving),
-        sections.search(report),
-        _settings(report),
-        element(sections.TEMPLATE, "files", here - {"report.html"}),
+        section("denoising", drawn.get("denoising"), report.get("polycube", {})),
+        section("search", report.get("search", []), report.get("seconds", {})),
+        section("settings", _yaml(chosen), bibtex(report, chosen)) if chosen else NOTHING,
+        section("files", here - {"report.html"}),
     ]
     name = Path(str(report.get("input", {}).get("path", "part"))).name
     body = Markup("\n").join(filter(None, parts))
@@ -80,15 +84,6 @@ def page(
         body=body,
         note=", ".join(filter(None, [f"polycube {__version__}", note])),
     )
-
-
-def _settings(report: Json) -> Markup:
-    config = report.get("config")
-    if not config:
-        return NOTHING
-    blocks = {"All options of this run": _yaml(config)}
-    blocks["What to cite, as BibTeX"] = bibtex(report, config)
-    return element(sections.TEMPLATE, "settings", blocks)
 
 
 def _yaml(value: Json, indent: int = 0) -> str:

@@ -1,16 +1,14 @@
-"""The sections of the page: 3D view, input and its changes, structure, denoising, spline, time.
+"""The sections of the 3D view and of the structure.
 
-The hex mesh and the solution have separate modules: `hexes` and `solutions`. Each section takes the
-state, the numbers of `report.json` and the pictures, which may all be incomplete, and returns "" if
-it is empty.
+The hex mesh and the solution have separate modules: `hexes` and `solutions`; templates make the
+other sections from `report.json` alone. Each section takes the state, the numbers of `report.json`
+and the pictures, which may all be incomplete, and returns "" if it is empty.
 """
 
-import numpy as np
 from markupsafe import Markup
 
 from polycube.report.numbers.verdict import length_unit
-from polycube.report.page import charts
-from polycube.report.page.templates import NOTHING, Pictures, distance_rows, element
+from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures import scenes
 from polycube.report.pictures.colours import AXIS_COLOURS
@@ -28,12 +26,6 @@ STRUCTURE = {  # names of numbers of the structure in report.json, and on the pa
 TEMPLATE = "sections.html"
 
 
-def warnings(report: Json) -> Markup:
-    """The warnings about the input and the run."""
-    found = report.get("warnings")
-    return element(TEMPLATE, "warnings", found) if found else NOTHING
-
-
 def view(state: RunState, report: Json) -> Markup:
     """The hex mesh in three dimensions, directly below the verdict."""
     if state.hexes is None:
@@ -43,17 +35,7 @@ def view(state: RunState, report: Json) -> Markup:
     solved = None if spline is None or solution is None else (spline, solution)
     goal = state.verdict.goal if state.verdict else Goal()
     shown = viewer(state.hexes, state.surface, context, unit=unit, solved=solved, goal=goal)
-    return element(TEMPLATE, "view", shown) if shown else NOTHING
-
-
-def surface(state: RunState, report: Json, pictures: Pictures) -> Markup:
-    """The input as it was read."""
-    numbers = report.get("input", {})
-    if not numbers.keys() - {"bbox"}:
-        return NOTHING
-    sides = np.ptp(numbers.get("bbox", [[0.0] * 3] * 2), axis=0)
-    picture, unit = pictures.get("input"), length_unit(report)
-    return element(TEMPLATE, "input", picture, numbers, sides.tolist(), unit)
+    return element(TEMPLATE, "view", shown)
 
 
 def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
@@ -96,37 +78,3 @@ def _named(row: Json) -> Json:
         return row
     n_full = sum(name is not None for name in context)
     return {**row, "context": f"bricks in {n_full} of {len(context)} cells"}
-
-
-def denoising(report: Json, moving: Pictures) -> Markup:
-    """The points of the diffusion model in each recorded state, if it was used."""
-    if not moving:
-        return NOTHING
-    return element(TEMPLATE, "denoising", moving, report.get("polycube", {}))
-
-
-def spline(state: RunState, report: Json, pictures: Pictures) -> Markup:
-    """The volumetric spline."""
-    numbers, picture = report.get("spline", {}), pictures.get("spline")
-    if not numbers and not picture:
-        return NOTHING
-    ways = {"spline to input": "spline_to_surface", "input to spline": "surface_to_spline"}
-    diagonal = report.get("hex", {}).get("deviation", {}).get("diagonal")
-    distances = distance_rows(numbers, ways, diagonal)
-    return element(TEMPLATE, "spline", picture, numbers, distances, length_unit(report))
-
-
-def search(report: Json) -> Markup:
-    """How the mesh was found: what the search tried, and where the time went."""
-    spent, moves = report.get("seconds"), report.get("search", ())
-    if not spent and not moves:
-        return NOTHING
-    gains = [number for number, row in enumerate(moves) if row["gain"] > 0 and row["hexes"]]
-    last = gains[-1] if gains else None
-    return element(TEMPLATE, "search", moves, last, charts.bars(spent or {}))
-
-
-def change(report: Json, name: str) -> Markup:
-    """What was done to the input: "repair", or "points" of which the surface was made."""
-    numbers = report.get(name)
-    return element("repairs.html", name, numbers, length_unit(report)) if numbers else NOTHING

@@ -60,7 +60,7 @@ def environment() -> Environment:
     made = Environment(undefined=StrictUndefined, autoescape=True, loader=FileSystemLoader(FOLDER))
     made.trim_blocks = made.lstrip_blocks = True
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
-    made.filters |= {"point": point, "faces": faces}
+    made.filters |= {"point": point, "faces": faces, "spaced": spaced}
     made.globals |= {"colours": colours, "formatting": formatting}
     made.globals |= {"source": source, "columns": columns}
     return made
@@ -107,24 +107,6 @@ def point(where: Sequence[float], digits: int) -> str:
     return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
 
 
-def distance_rows(
-    numbers: Mapping[str, float], ways: Mapping[str, str], diagonal: float | None
-) -> list[Row]:
-    """Distances between two solids, in per cent of the diagonal and, if it is known, as lengths.
-
-    numbers : fractions of the diagonal, `<way>_max`, `<way>_p99`, `<way>_mean`
-    ways : title -> way
-    """
-    titles = {"largest": "max", "99th percentile": "p99", "mean": "mean"}
-    rows: list[Row] = []
-    for name, way in ways.items():
-        cells: Row = {}
-        for title, part in titles.items():
-            value = numbers.get(f"{way}_{part}")
-            cells[title] = None
-            if value is not None:
-                length = f" ({show(value * diagonal)})" if diagonal else ""
-                cells[title] = f"{100 * value:.3g} %{length}" if value > 1e-9 else "0"
-        if any(cells.values()):
-            rows.append({"from": name, **cells})
-    return rows
+def spaced(measure: str) -> str:
+    """The name of a measure in words."""
+    return measure.replace("_", " ").replace("jacobian", "Jacobian")
