@@ -2,15 +2,13 @@
 
 from markupsafe import Markup
 
-from polycube.report.numbers import formatting
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.state import RunState
-from polycube.types import Deformation, Json, Modes, Potential, Spline
+from polycube.types import Deformation, Json, Modes, Potential
 
 TEMPLATE = "solutions.html"
-ZERO = 1e-9  # of the largest force: smaller ones are zero but for rounding
 
 
 def problem(report: Json, pictures: Pictures) -> Markup:
@@ -25,47 +23,14 @@ def problem(report: Json, pictures: Pictures) -> Markup:
 
 def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
     """The section of the solution; empty if there is none."""
-    found = state.solution
+    found, spline = state.solution, state.spline
     if isinstance(found, Modes):
-        return _modes(found, pictures)
-    if isinstance(found, Deformation) and state.spline is not None:
-        return _static(state.spline, found, report, pictures)
+        first = first_elastic(found) if found.rigid else 0
+        return element(TEMPLATE, "modes", pictures, found, dict(found.units), first)
+    if isinstance(found, Deformation) and spline is not None:
+        largest = report["static"]["max_displacement"]
+        times = exaggeration(spline.extraction @ spline.control, largest)
+        return element(TEMPLATE, "static", pictures, float(f"{times:.3g}"), report)
     if isinstance(found, Potential):
-        return _poisson(report["poisson"], pictures)
+        return element(TEMPLATE, "poisson", pictures, report["poisson"])
     return NOTHING
-
-
-def _modes(found: Modes, pictures: Pictures) -> Markup:
-    """Frequencies, and animations of the first elastic modes."""
-    units = dict(found.units)
-    unit = units.get("frequency", "")
-    squared = f"angular frequency squared, 1/{units.get('time', 'time')}²"
-    first = first_elastic(found) if found.rigid else 0
-    errors = dict(enumerate(found.errors, found.rigid))
-    heads = ["mode", squared, f"frequency, {unit or 'cycles per unit of time'}"]
-    heads += ["estimated error, %", ""]
-    rows = list(zip(found.eigenvalues.tolist(), found.frequency.tolist(), strict=True))
-    values = [formatting.frequency(value, unit) for value in found.frequency]
-    shown = [(pictures.get(f"mode_{i}"), f"Mode {i + 1}: {v}") for i, v in enumerate(values)]
-    return element(TEMPLATE, "modes", shown, heads, rows, errors, first, float(found.mass), units)
-
-
-def _static(spline: Spline, found: Deformation, report: Json, pictures: Pictures) -> Markup:
-    """The deformed solid, the largest values with their places, and the reactions."""
-    numbers = report["static"]
-    times = exaggeration(spline.extraction @ spline.control, numbers["max_displacement"])
-    forces = [*numbers["reactions"], {"at": "loads", "force": numbers["load"]}]
-    zero = ZERO * max(abs(part) for row in forces for part in row["force"])
-    rows = []
-    for row in forces:
-        parts = [part if abs(part) > zero else 0.0 for part in row["force"]]
-        rows.append({"at": row["at"], **dict(zip(("x, N", "y, N", "z, N"), parts, strict=True))})
-    phrases = [*formatting.singular_stress(numbers), *formatting.cautions(report)]
-    notes = [formatting.sentence(phrase) for phrase in phrases]
-    picture, unit = pictures.get("static"), found.units["length"]
-    return element(TEMPLATE, "static", picture, float(f"{times:.3g}"), numbers, unit, notes, rows)
-
-
-def _poisson(numbers: Json, pictures: Pictures) -> Markup:
-    """u on the surface, and the flow through each support."""
-    return element(TEMPLATE, "poisson", pictures.get("poisson"), numbers)
