@@ -129,7 +129,7 @@ def largest(static: Json) -> str:
     return megapascal(value) + (f" ± {error / 1e6:.2g}" if error > VISIBLE * value else "")
 
 
-def coordinates(at: Sequence[float]) -> str:
-    """A point as text, with as many digits as the size of its coordinates needs."""
-    size = max(*map(abs, at), 1e-300)
+def coordinates(at: Sequence[float], size: float = 0.0) -> str:
+    """A point as text, with as many digits as its coordinates, or a part of this size, need."""
+    size = max(*map(abs, at), size, 1e-300)
     return f"({', '.join(f'{round(x / size, 6) * size + 0.0:.4g}' for x in at)})"

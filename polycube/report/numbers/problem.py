@@ -82,19 +82,16 @@ def _supports(problem: Problem) -> Iterator[tuple[object, str]]:
 
 def _held(support: Prescribed, unit: str) -> str:
     """What happens to the components of the displacement."""
-    held = [AXIS[axis] for axis, value in _pairs(support) if value == 0]
-    moved = [f"{number(value)} {unit} in {AXIS[axis]}" for axis, value in _pairs(support) if value]
+    values = dict(zip(support.components, support.values, strict=True))
+    held = [AXIS[axis] for axis, value in values.items() if value == 0]
+    moved = [f"{number(value)} {unit} in {AXIS[axis]}" for axis, value in values.items() if value]
     if len(held) == len(AXIS):
         return "clamped"
     phrases = [f"moved by {' and '.join(moved)}"] if moved else []
     phrases += [f"held in {' and '.join(held)}"] if held else []
-    free = [axis for axis in AXIS if axis not in {AXIS[i] for i in support.components}]
+    free = [axis for i, axis in enumerate(AXIS) if i not in values]
     phrases += [f"free in {' and '.join(free)}"] if free else []
     return ", ".join(phrases)
-
-
-def _pairs(support: Prescribed) -> Iterator[tuple[int, float]]:
-    return zip(support.components, support.values, strict=True)
 
 
 def _loads(problem: Problem) -> Iterator[tuple[object, str]]:

@@ -13,7 +13,6 @@ CALM = "calm"  # mark of a sentence without a sign
 ALL_PASSED = (
     "All checks passed: worst hex, distances to the input and volume are within their limits."
 )
-SIGNS = {GOOD: "✓ ", WARNING: "! ", BAD: "✗ ", PLAIN: ""}
 
 UNKNOWN = "model units"  # length unit of a part without analysis
 
@@ -29,11 +28,6 @@ class Tile:
     name: str
     note: str = ""
     mark: str = PLAIN
-
-    @property
-    def sign(self) -> str:
-        """The mark as a character, in addition to the colour."""
-        return SIGNS[self.mark]
 
 
 def verdict(report: Json) -> tuple[str, str]:

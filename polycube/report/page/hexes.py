@@ -13,9 +13,8 @@ from polycube.report.numbers.formatting import coordinates
 from polycube.report.numbers.sets import model_areas
 from polycube.report.numbers.verdict import length_unit
 from polycube.report.page import templates
-from polycube.report.pictures.colours import QUALITY_COLOURS, ramp
+from polycube.report.pictures.colours import CELLS, QUALITY_COLOURS, ramp
 from polycube.report.pictures.features import set_colours
-from polycube.report.pictures.scenes import cell_colour
 from polycube.state import RunState
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Json
@@ -36,7 +35,6 @@ def sets(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
         return templates.NOTHING
     colours, unit = set_colours(state.hexes), length_unit(report)
     members = cad_faces(state.hexes)
-    digits = 4 - int(np.log10(diagonal(state.surface)))
     rows: dict[str, templates.Row] = {
         name: {
             "set": templates.Swatch(name, colours.get(name)),
@@ -44,7 +42,7 @@ def sets(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
             **({"CAD faces": members[name]} if members else {}),
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
-            "centre": templates.point(own["centroid"], digits),
+            "centre": coordinates(own["centroid"], diagonal(state.surface)),
             "mean normal": _direction(own["normal"]),
             **({"name in the file": own.get("name")} if state.hexes.cad_names else {}),
         }
@@ -93,7 +91,7 @@ def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates
 def _direction(normal: list[float]) -> str | None:
     """The mean normal; None if the set has no direction."""
     length = sum(c * c for c in normal) ** 0.5
-    return templates.point(normal, 2) if length > FLAT else None
+    return coordinates(normal) if length > FLAT else None
 
 
 def hexes(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
@@ -138,7 +136,7 @@ def _primitives(state: RunState, mesh: HexMesh) -> Json:
     filled = {c: context[c] if c < len(context) else None for c in cells}
     kinds = Counter(name for name in filled.values() if name)
     counts = ", ".join(f"{n} {name}" for name, n in sorted(kinds.items()))
-    named = [(f"{c} {name or ''}".strip(), cell_colour(c)) for c, name in filled.items()]
+    named = [(f"{c} {name or ''}".strip(), CELLS[c % len(CELLS)]) for c, name in filled.items()]
     return {
         "caption": f"The part in its {len(cells)} grid cells{f' ({counts})' if counts else ''}, "
         "moved apart; `cell` and `primitive` in hex.vtu.",
@@ -159,19 +157,14 @@ def features(report: Json, pictures: templates.Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return templates.NOTHING
-    lost, sharp = found["lost"], found.get("acute", [])
-    size = lost[0]["length"] / lost[0]["distance"] if lost else 1.0  # the diagonal
-    sharp = [{**each, "best": np.sin(np.radians(each["degrees"])).round(2)} for each in sharp]
-    extent = max([abs(value) for each in sharp for value in each["at"]], default=1.0)
+    least = [np.sin(np.radians(each["degrees"])).round(2) for each in found.get("acute", ())]
     return templates.render(
         "features.html",
         found=found,
-        sharp=sharp,
+        best=least,
         most=N_LOST,
-        counts=[{"of the CAD model": f"{kind}s", **found[f"{kind}s"]} for kind in KINDS],
+        kinds=[f"{kind}s" for kind in KINDS],
         limit=limit(found),
         picture=pictures.get("features"),
         unit=length_unit(report),
-        digits=4 - int(np.log10(size)),
-        sharp_digits=4 - int(np.log10(max(extent, 1e-300))),
     )

@@ -60,7 +60,7 @@ def environment() -> Environment:
     made = Environment(undefined=StrictUndefined, autoescape=True, loader=FileSystemLoader(FOLDER))
     made.trim_blocks = made.lstrip_blocks = True
     made.filters |= {"show": show, "data_uri": data_uri, "address": quote}
-    made.filters |= {"point": point, "faces": faces, "spaced": spaced}
+    made.filters |= {"faces": faces, "spaced": spaced}
     made.globals |= {"colours": colours, "formatting": formatting}
     made.globals |= {"source": source, "columns": columns}
     return made
@@ -100,11 +100,6 @@ def faces(found: Json, between: str = ", ") -> str:
     """The CAD faces of a feature or a contact, with their names in the file."""
     pairs = zip(found["faces"], found["names"], strict=True)
     return between.join(f"{face} ({name})" if name else face for face, name in pairs)
-
-
-def point(where: Sequence[float], digits: int) -> str:
-    """Coordinates with a number of decimals."""
-    return f"({', '.join(f'{round(c, digits) + 0.0:.4g}' for c in where)})"
 
 
 def spaced(measure: str) -> str:

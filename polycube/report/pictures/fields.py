@@ -22,8 +22,13 @@ class Skin:
     """Small quads on the boundary; `points @ values` evaluates values of the Bezier nodes."""
 
     points: csr_matrix  # (P, B) weight of each Bezier node at each point
+    places: np.ndarray  # (P, 3) the points at rest
     quads: np.ndarray  # (Q, 4) indices of points, counter-clockwise from outside
     edges: np.ndarray  # (L, 2) indices of points: parts of the edges of the elements
+
+    def layer(self, colours: np.ndarray, shift: np.ndarray | float = 0.0) -> Layer:
+        """The skin with colours of points (P, 3) or quads (Q, 3), displaced by (P, 3)."""
+        return Layer(self.places + shift, self.quads, colours, self.edges, smooth=True)
 
 
 def tessellate(spline: Spline, pieces: int = 4) -> Skin:
@@ -36,7 +41,7 @@ def tessellate(spline: Spline, pieces: int = 4) -> Skin:
     quads = rows[:, np.stack([c.ravel() for c in corners], 1)].reshape(-1, 4)
     rim = np.concatenate([local[0], local[1:, -1], local[-1, -2::-1], local[-2::-1, 0]])
     edges = rows[:, np.stack([rim[:-1], rim[1:]], 1)].reshape(-1, 2)
-    return Skin(points, quads, edges)
+    return Skin(points, points @ (spline.extraction @ spline.control), quads, edges)
 
 
 def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene | Film]]:
@@ -52,12 +57,11 @@ def makers(spline: Spline, solution: Solution) -> dict[str, Callable[[], Scene |
 
 def mode(spline: Spline, modes: Modes, number: int, amplitude: float = AMPLITUDE) -> Film:
     """One mode, coloured by its displacement, which is scaled to the largest value `amplitude`."""
-    skin, points = _skin(spline)
+    skin = tessellate(spline)
     shift = skin.points @ (spline.extraction @ modes.shapes[number])
     length = np.linalg.norm(shift, axis=1)
-    scale = exaggeration(points, length.max(), amplitude)
     colours = ramp(length / max(length.max(), TINY), DISPLACEMENT_COLOURS)
-    return Film(Layer(points, skin.quads, colours, skin.edges, smooth=True), scale * shift)
+    return Film(skin.layer(colours), exaggeration(skin.places, length.max(), amplitude) * shift)
 
 
 def deformed(spline: Spline, found: Deformation) -> Scene:
@@ -65,21 +69,20 @@ def deformed(spline: Spline, found: Deformation) -> Scene:
 
     The upper end of the colours is the largest stress away from singular places.
     """
-    skin, points = _skin(spline)
+    skin = tessellate(spline)
     shift = skin.points @ found.displacement
     stress = skin.points @ found.von_mises
-    scale = exaggeration(points, np.linalg.norm(shift, axis=1).max())
+    scale = exaggeration(skin.places, np.linalg.norm(shift, axis=1).max())
     largest = found.peak.value if found.peak else stress.max()
     colours = ramp(stress / max(largest, TINY), FIELD_COLOURS)
-    return [Layer(points + scale * shift, skin.quads, colours, skin.edges, smooth=True)]
+    return [skin.layer(colours, scale * shift)]
 
 
 def potential(spline: Spline, found: Potential) -> Scene:
     """The solid coloured by u, from its smallest to its largest value on the surface."""
-    skin, points = _skin(spline)
+    skin = tessellate(spline)
     u = skin.points @ (spline.extraction @ found.values)
-    colours = ramp((u - u.min()) / max(np.ptp(u), TINY), FIELD_COLOURS)
-    return [Layer(points, skin.quads, colours, skin.edges, smooth=True)]
+    return [skin.layer(ramp((u - u.min()) / max(np.ptp(u), TINY), FIELD_COLOURS))]
 
 
 def first_elastic(modes: Modes) -> int:
@@ -90,8 +93,3 @@ def first_elastic(modes: Modes) -> int:
 def exaggeration(points: np.ndarray, largest: float, amplitude: float = AMPLITUDE) -> float:
     """Factor that scales the largest displacement to a share of the diagonal of points (N, 3)."""
     return amplitude * np.linalg.norm(np.ptp(points, axis=0)) / max(largest, TINY)
-
-
-def _skin(spline: Spline) -> tuple[Skin, np.ndarray]:
-    skin = tessellate(spline)
-    return skin, skin.points @ (spline.extraction @ spline.control)

@@ -155,11 +155,11 @@ def _add(plotter: Plotter, layer: Layer) -> None:
     import pyvista
 
     if len(layer.lines):
-        lines = pyvista.PolyData(layer.points, lines=counted(layer.lines))
+        lines = pyvista.line_segments_from_points(layer.points[layer.lines].reshape(-1, 3))
         plotter.add_mesh(lines, color=layer.line_colour, line_width=layer.line_width)
     if not len(layer.polygons):
         return
-    mesh = pyvista.PolyData(layer.points, counted(layer.polygons))
+    mesh = pyvista.PolyData.from_regular_faces(layer.points, layer.polygons)
     plotter.add_mesh(
         mesh,
         scalars=layer.colours,
@@ -175,11 +175,6 @@ def _add(plotter: Plotter, layer: Layer) -> None:
         ambient=layer.ambient,
         diffuse=1.15 - layer.ambient,
     )
-
-
-def counted(cells: np.ndarray) -> np.ndarray:
-    """Cells in the format of VTK: each after its number of points."""
-    return np.insert(cells, 0, cells.shape[1], axis=1).ravel()
 
 
 def _save(image: np.ndarray, path: Path) -> None:

@@ -118,11 +118,6 @@ def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
     return scene
 
 
-def cell_colour(cell: int) -> str:
-    """Colour as #rrggbb; different for neighbours along a grid."""
-    return CELLS[cell % len(CELLS)]
-
-
 def worst_hex(mesh: HexMesh) -> Scene:
     """The hex of lowest quality in a transparent mesh, at the intersection of three lines."""
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
@@ -142,9 +137,7 @@ def worst_hex(mesh: HexMesh) -> Scene:
 def spline_boundary(spline: Spline) -> Scene:
     """The boundary of the spline solid with the edges of its Bezier elements."""
     skin = tessellate(spline)
-    points = skin.points @ (spline.extraction @ spline.control)
-    colours = rgb((SURFACE,) * len(skin.quads))
-    return [Layer(points, skin.quads, colours, skin.edges, smooth=True)]
+    return [skin.layer(rgb((SURFACE,) * len(skin.quads)))]
 
 
 def _quality_skin(mesh: HexMesh, chosen: np.ndarray) -> Layer:
