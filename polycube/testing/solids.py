@@ -53,33 +53,25 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
     return Solid(surface, polycube, rough_map, hexes)
 
 
-def half_ring(number: int = 16) -> TriMesh:
-    """Half a ring between the radii 20 and 30, of height 10, with its six CAD faces."""
-    angle = np.pi * np.arange(number + 1) / number
-    return _along(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros(len(angle)), 20, 10)
+def half_ring(inner: float = 20, height: float = 10, leg: float = 0) -> TriMesh:
+    """A rectangle between the radii `inner` and 30, moved round half a turn.
 
+    Every planar or cylindrical side is a CAD face.
 
-def channel(number: int = 16) -> TriMesh:
-    """A strip of thickness 2 and height 50, bent to half a ring between two legs."""
-    angle = np.pi * np.append(np.insert(np.arange(number + 1), 0, 0), number) / number
-    legs = np.zeros(len(angle))
-    legs[[0, -1]] = -40
-    return _along(np.stack([np.cos(angle), np.sin(angle)], axis=1), legs, 28, 50)
-
-
-def _along(turn: np.ndarray, shift: np.ndarray, inner: float, height: float) -> TriMesh:
-    """A rectangle between the radii `inner` and 30, moved along directions (N, 2).
-
-    It is shifted by y (N,). Its sides have a face for each piece with equal steps of this shift.
+    leg : length of a straight piece at each end
     """
+    legs = np.array([leg] * (leg > 0))
+    along = np.concatenate([-legs, np.linspace(0, np.pi, 17), np.pi + legs])
+    angle = along.clip(0, np.pi)
     section = np.array([[inner, 0], [30, 0], [30, height], [inner, height]])
-    points = np.zeros((len(turn), 4, 3))
-    points[..., :2], points[..., 2] = turn[:, None] * section[:, :1], section[:, 1]
-    points[..., 1] += shift[:, None]
-    ends = np.arange(4 * len(turn)).reshape(-1, 4)
+    turn = np.stack([np.cos(angle), np.sin(angle)], axis=1)[:, None]
+    points = np.zeros((len(along), 4, 3))
+    points[..., :2], points[..., 2] = turn * section[:, :1], section[:, 1]
+    points[..., 1] -= np.abs(along - angle)[:, None]
+    ends = np.arange(4 * len(along)).reshape(-1, 4)
     made = hex_mesh(points.reshape(-1, 3) + PLACE, np.hstack([ends[1:], ends[:-1]]))
     owner, side = quad_sides(made)
-    piece = np.cumsum(np.append(0, np.diff(shift, 2) != 0))[owner]
+    piece = np.searchsorted([0, np.pi], along[:-1], "right")[owner]
     region = np.unique(side + 6 * piece * (side < 2), return_inverse=True)[1]
     faces = made.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     return TriMesh(made.vertices, faces, 1 + np.repeat(region, 2))
