@@ -44,20 +44,7 @@ def check_plugin(kind: str, config: Mapping[str, object], **extra: object) -> No
 
 
 def check(kind: str, plugin: Any) -> None:
-    """Check a plugin object.
-
-    Parameters
-    ----------
-    kind : kind of the plugin, such as "schedule"
-    plugin : the object
-
-    Raises
-    ------
-    AssertionError
-        If the plugin violates a requirement of its kind.
-    LookupError
-        If the kind is unknown.
-    """
+    """Check a plugin object; raises the errors of `check_plugin`."""
     if kind not in CHECKS:
         raise LookupError(f"no plugin kind {kind!r}; kinds are {', '.join(KINDS)}")
     options = getattr(type(plugin), "__dataclass_params__", None)
