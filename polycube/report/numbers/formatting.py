@@ -20,20 +20,44 @@ def sentences(report: Json) -> Iterator[str]:
             errors = plus_minus(max(found.get("frequency_error", ())[:N_FREQUENCIES], default=None))
             yield f"lowest elastic frequencies {', '.join(map(number, elastic))} Hz{errors}"
     elif "static" in report:
-        found = report["static"]
-        unit, place = found["units"]["length"], coordinates(found["max_displacement_at"])
-        error = plus_minus(relative_error(found, "displacement"))
-        moved = f"{number(found['max_displacement'])} {unit}{error}"
-        yield f"largest displacement {moved} at {place}"
-        place, on = coordinates(found["max_von_mises_at"]), found["max_von_mises_on"]
-        yield f"largest von Mises stress {largest(found)} at {place}" + (f" on {on}" if on else "")
-        yield from singular_stress(found)
+        for name, (value, note) in tiles(report).items():
+            yield f"{name} {value} {note}"
+        yield from singular_stress(report["static"])
     elif "poisson" in report:
         found = report["poisson"]
         unit, place = found["units"], coordinates(found["max_flux_at"])
         error = plus_minus(relative_error(found, "u"))
         yield f"u from {number(found['min_u'])} to {number(found['max_u'])} {unit['u']}{error}"
         yield f"largest flux {number(found['max_flux'])} {unit['flux']} at {place}"
+
+
+def tiles(report: Json) -> dict[str, tuple[str, str]]:
+    """The main numbers of the solution for the top of the page: value and note by name."""
+    if "modes" in report:
+        modes, unit = report["modes"], report["modes"].get("units", {}).get("frequency", "")
+        found = modes["frequency_hz"][modes.get("rigid", 6) :][:N_FREQUENCIES]
+        first, *others = [frequency(each, unit) for each in found] or [""]
+        note = f"then {', '.join(others)}" if others else ""
+        return {"first elastic frequency": (first, note)} if first else {}
+    if "static" in report:
+        found = report["static"]
+        unit = found.get("units", {}).get("length", "")
+        error = plus_minus(relative_error(found, "displacement"))
+        moved = f"{text(found['max_displacement'])} {unit}{error}"
+        place = f"at {coordinates(found['max_von_mises_at'])}"
+        on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
+        return {
+            "largest displacement": (moved, f"at {coordinates(found['max_displacement_at'])}"),
+            "largest von Mises stress": (largest(found), place + on),
+        }
+    if "poisson" in report:
+        found = report["poisson"]
+        unit = found.get("units", {})
+        flux = f"{text(found['max_flux'])} {unit.get('flux', '')}"
+        ends = f"{text(found['min_u'])} to {text(found['max_u'])} {unit.get('u', '')}"
+        error = plus_minus(relative_error(found, "u"))
+        return {"u": (ends.strip() + error, f"largest flux {flux}".strip())}
+    return {}
 
 
 def singular_stress(static: Json) -> Iterator[str]:

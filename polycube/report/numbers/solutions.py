@@ -3,9 +3,7 @@
 import numpy as np
 
 from polycube.analysis.recovery import samples
-from polycube.report.numbers import formatting
-from polycube.report.numbers.formatting import N_FREQUENCIES, coordinates, text
-from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
+from polycube.types import Deformation, Modes, Potential, Solution, Spline
 
 
 def numbers(spline: Spline, solution: Solution) -> dict[str, dict[str, object]]:
@@ -79,32 +77,3 @@ def _largest(spline: Spline, name: str, values: np.ndarray) -> dict[str, object]
     element, place = np.unravel_index(values.argmax(), values.shape)
     at = samples(spline, spline.extraction @ spline.control)[element, place]
     return {f"max_{name}": float(values.max()), f"max_{name}_at": at.tolist()}
-
-
-def tiles(report: Json) -> dict[str, tuple[str, str]]:
-    """The main numbers of the solution for the top of the page: value and note by name."""
-    if "modes" in report:
-        modes, unit = report["modes"], report["modes"].get("units", {}).get("frequency", "")
-        found = modes["frequency_hz"][modes.get("rigid", 6) :][:N_FREQUENCIES]
-        first, *others = [formatting.frequency(each, unit) for each in found] or [""]
-        note = f"then {', '.join(others)}" if others else ""
-        return {"first elastic frequency": (first, note)} if first else {}
-    if "static" in report:
-        found = report["static"]
-        unit = found.get("units", {}).get("length", "")
-        error = formatting.plus_minus(formatting.relative_error(found, "displacement"))
-        moved = f"{text(found['max_displacement'])} {unit}{error}"
-        place = f"at {coordinates(found['max_von_mises_at'])}"
-        on = f" on {found['max_von_mises_on']}" if found["max_von_mises_on"] else ""
-        return {
-            "largest displacement": (moved, f"at {coordinates(found['max_displacement_at'])}"),
-            "largest von Mises stress": (formatting.largest(found), place + on),
-        }
-    if "poisson" in report:
-        found = report["poisson"]
-        unit = found.get("units", {})
-        flux = f"{text(found['max_flux'])} {unit.get('flux', '')}"
-        ends = f"{text(found['min_u'])} to {text(found['max_u'])} {unit.get('u', '')}"
-        error = formatting.plus_minus(formatting.relative_error(found, "u"))
-        return {"u": (ends.strip() + error, f"largest flux {flux}".strip())}
-    return {}

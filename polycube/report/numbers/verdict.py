@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from polycube.report.numbers import features, solutions
+from polycube.report.numbers import features, formatting
 from polycube.report.numbers.formatting import sentence, text
 from polycube.report.numbers.quality import SPLINE_LIMIT
 from polycube.types import Goal, Json
@@ -156,7 +156,7 @@ TILES = (_worst, _features, _count, _distance, _volume, _spline)
 def tiles(report: Json) -> list[Tile]:
     """The main numbers of a run."""
     found = [tile for make in TILES for tile in make(report)]
-    of_solution = solutions.tiles(report).items()
+    of_solution = formatting.tiles(report).items()
     return found + [Tile(value, name, note) for name, (value, note) in of_solution]
 
 

@@ -112,7 +112,7 @@ def test_numbers_of_a_warm_bar(bar, warm):
 def page_of(spline, solution):
     state = RunState(TETRAHEDRON, spline=spline, solution=solution)
     report = solutions.numbers(spline, solution)
-    return page.solution(state, report, {}), solutions.tiles(report)
+    return page.solution(state, report, {}), formatting.tiles(report)
 
 
 def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
@@ -122,7 +122,7 @@ def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
     text, tile = page_of(bar, warm)
     assert "<td>x_min</td><td>-0.25</td>" in text
     assert tile == {"u": ("10 to 30 K", "largest flux 250\u202f000 W/m^2")}
-    assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and solutions.tiles({}) == {}
+    assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and formatting.tiles({}) == {}
 
 
 def test_scenes_move_and_colour_the_solid(bar, pulled, warm):
