@@ -35,7 +35,8 @@ PROGRAMS = {
     ("polycube-infer",): "infer",
     ("polycube-train",): "train",
 }
-LISTS = {"mesh=": "part.stl", "cad.solid=": "1"}  # of the command line: one of each
+# of the command line: one of each
+LISTS = {"mesh=": "part.step", "cad.solid=": "1", "cad.materials=": "null"}
 FROM_OUTSIDE = (
     "docs/tutorials/training_and_plugin.md"  # composed with its package, in test_plugins_page.py
 )

@@ -31,6 +31,8 @@ logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
 TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
+# further modes, whose corrected frequency may be among the lowest, in small and in large models
+SPARE = 6, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
 # vertices, which the correction makes cubic, and of spaces that are cubic before
@@ -72,23 +74,25 @@ def free_modes(
     stiffness, mass = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
     near = approximate_inverse(unit, constraints, material.poisson, SHIFT)
+    spare = SPARE[near is not None] if enrich else 0
+    number = min(n_modes + spare, constraints.basis.shape[1] - 1)
     inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
     if near is None:
         free = constraints.restricted(stiffness.full())
         free_inertia = constraints.restricted(kron(inertia, eye(3), "csr"))
         points = constraints.points(spline.control)
-        values, vectors = lowest(free, free_inertia, n_modes, points)
+        values, vectors = lowest(free, free_inertia, number, points)
     else:
         solid = near.restricted(stiffness), near.restricted(inertia)
-        values, vectors = davidson(*solid, near, n_modes, SHIFT, TOLERANCE)
-    shapes = (constraints.basis @ vectors).T.reshape(n_modes, -1, 3)
-    rigid = min(n_modes, free_rigid_motions(spline, constraints))
+        values, vectors = davidson(*solid, near, number, SHIFT, TOLERANCE)
+    shapes = (constraints.basis @ vectors).T.reshape(number, -1, 3)
+    rigid = min(number, free_rigid_motions(spline, constraints))
     errors = np.zeros(0)
     if enrich:
         values, errors = _enriched(
             unit, material.poisson, n_gauss, constraints, values, shapes, rigid
         )
-        order = np.argsort(values, kind="stable")
+        order = np.argsort(values, kind="stable")[:n_modes]
         values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
     weight = material.density * length**3
@@ -98,7 +102,7 @@ def free_modes(
         shapes=shapes / np.sqrt(weight),
         mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
-        rigid=rigid,
+        rigid=min(rigid, n_modes),
         errors=tuple(errors[rigid:].tolist()),
     )
 

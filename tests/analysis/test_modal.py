@@ -197,3 +197,13 @@ def test_enriched_frequencies_do_not_depend_on_the_number_of_modes():
         for n in (9, 20)
     )
     assert few.frequency[6:] == pytest.approx(many.frequency[6:9], rel=1e-8)
+
+
+def test_a_mode_whose_corrected_frequency_is_among_the_lowest_is_not_missed():
+    """Bending of a thin plate is corrected by more than its stretching, so the order changes."""
+    spline, solid = box((3, 2, 1), (3.0, 2.0, 0.1)), Material(3.0, 0.3, 2.0)
+    many = free_modes(spline, solid, 40, "m", enrich=True).frequency
+    for n in (8, 20, 22, 25):
+        found = free_modes(spline, solid, n, "m", enrich=True)
+        assert found.frequency[6:] == pytest.approx(many[6:n], rel=1e-6)
+        assert len(found.shapes) == n and len(found.errors) == n - 6 and found.rigid == 6
