@@ -49,7 +49,7 @@ def smooth_regions(
     by_angle : only a border at which the hexes are nearly flat needs a layer, on a crease or not
     """
     region = regions(problem, matching)
-    side, border, patches = _borders(problem, region)
+    side, border, patches = borders(problem, region)
 
     def share(marked: np.ndarray) -> np.ndarray:
         """Share of the edges (E,) of each border that are marked."""
@@ -68,7 +68,7 @@ def smooth_regions(
         taken |= np.isin(region, mixed)
 
 
-def _borders(problem: FitProblem, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def borders(problem: FitProblem, region: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sides (N,) between regions (Q,), the border (N,) of each, and the two regions of a border."""
     regions = np.sort(region[problem.side_quads], axis=1)
     side = np.flatnonzero(regions[:, 0] != regions[:, 1])

@@ -12,8 +12,7 @@ from polycube.io.cad import Cad
 from polycube.io.removal.options import Remove
 from polycube.io.surfaces import read_surface
 from polycube.pipeline.settings import Settings
-from polycube.report.page import sections
-from polycube.state import RunState
+from polycube.report.page.templates import element
 from polycube.surface.measures import genus, volume
 from tests.fixtures.step_files import named_by_place
 
@@ -180,5 +179,5 @@ def test_features_of_other_files_are_not_removed(mesh):
 def test_the_page_lists_them(drilled):
     surface, _ = drilled
     report = {"input": {"path": "a", "removed": surface.removed}}
-    page = str(sections.surface(RunState(surface), report, {}))
+    page = str(element("sections.html", "input", None, report["input"], "mm"))
     assert "Features removed from the CAD model" in page and page.count("<td>hole</td>") == 5

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from polycube.fitting.creases.constraints import (
     Matching,
-    chains,
     goals,
     match,
     no_features,
     with_tolerances,
 )
 from polycube.fitting.creases.paths import Route
+from polycube.fitting.pillow import borders
 from polycube.fitting.problem import FitProblem
 from polycube.structure.lattice import boundary
 from polycube.surface import arc_length
@@ -40,25 +40,23 @@ def unit_box() -> trimesh.Trimesh:
     return trimesh.creation.box((1, 1, 1))
 
 
-def test_chains_are_the_edges_of_the_polycube():
+def test_borders_of_patches_are_the_edges_of_the_polycube():
     goal = target(TriMesh(unit_box().vertices, unit_box().faces))
     mesh = cut(ring(), 1 / 6)
-    found = chains(FitProblem(mesh, goal, 10))
-    ends, patches = edges(boundary(ring()))
-    assert len(found.patches) == len(ends) == 24
-    assert sorted(found.patches.tolist()) == sorted(patches.tolist())
     problem = FitProblem(mesh, goal, 10)
-    for number, pair in enumerate(found.patches):
-        quads = problem.side_quads[found.side[found.number == number]]
+    side, border, found = borders(problem, mesh.patch)
+    ends, patches = edges(boundary(ring()))
+    assert len(found) == len(ends) == 24
+    assert sorted(found.tolist()) == sorted(patches.tolist())
+    for number, pair in enumerate(found):
+        quads = problem.side_quads[side[border == number]]
         assert (np.sort(mesh.patch[quads], axis=1) == pair).all()
 
 
-def test_share_of_marked_edges():
+def test_every_edge_of_a_cube_has_its_four_sides():
     problem, _ = cube_body(unit_box())
-    found = chains(problem)
-    marked = np.zeros(len(problem.sides), bool)
-    marked[found.side[found.number == 3][:1]] = True
-    assert found.share(marked).tolist() == [0.25 * (k == 3) for k in range(12)]
+    _, border, _ = borders(problem, problem.mesh.patch)
+    assert np.bincount(border).tolist() == 12 * [4]
 
 
 def test_chord_error_reduces_the_permitted_distance():
