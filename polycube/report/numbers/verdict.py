@@ -176,12 +176,13 @@ def about(report: Json) -> dict[str, str | None]:
     spent, unit = sum(report.get("seconds", {}).values()), length_unit(report)
     version, box, date = report.get("version"), found.get("bbox"), made.get("date", "")
     sides = [text(high - low) for low, high in zip(*box, strict=True)] if box else []
+    seed = f", seed {report['seed']}" if "seed" in report else ""
     return {
         "size": f"{' × '.join(sides)} {unit}" if box else None,
         "length unit": "unknown" if unit == UNKNOWN else described(*_units(report)),
         # 2026-01-31T12:34:56+01:00 as 2026-01-31 12:34 +01:00
         "date": f"{date[:10]} {date[11:16]} {date[19:]}".strip() or None,
-        "made by": f"polycube {version}, seed {report.get('seed')}" if version else None,
+        "made by": f"polycube {version}{seed}" if version else None,
         "machine": made.get("machine"),
         "time of the stages": f"{spent:.1f} s" if spent else None,
     }
