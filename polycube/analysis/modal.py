@@ -32,7 +32,7 @@ logger = logging.getLogger(__name__)
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
 TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
-SPARE = 6, 2
+SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
 # vertices, which the correction makes cubic, and of spaces that are cubic before
