@@ -27,7 +27,7 @@ from polycube.fitting.local_polish import raise_worst
 from polycube.fitting.problem import KEPT, FitProblem
 from polycube.fitting.snapping import GOOD, POINT_ALPHA, State, cover_of, goals_of, snap, state_of
 from polycube.fitting.springs import adjusted, between, pull
-from polycube.fitting.uncrossing import untangled
+from polycube.fitting.untangling import untangled
 from polycube.surface.fit_target import ALPHA, Target
 from polycube.types import HexMesh
 

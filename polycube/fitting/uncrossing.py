@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from polycube.fitting.energy import Terms
 from polycube.fitting.pillow import layer
-from polycube.fitting.problem import RESHAPED, FitProblem
-from polycube.fitting.springs import pull
+from polycube.fitting.problem import FitProblem
+from polycube.fitting.untangling import untangled
 from polycube.hexmesh.connectivity import part, quad_edges, quad_sides
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -21,8 +20,6 @@ from polycube.types import HexMesh
 
 logger = logging.getLogger(__name__)
 
-WEIGHTS = 0.3 ** np.arange(12)  # of the springs that hold the boundary, in sequence
-ITERATIONS = 50  # for each, while hexes are untangled
 MOST = 40  # largest number of pairs of quads that are repaired
 SHARES = (0.05, 0.1, 0.2, 0.3, 0.45)  # of the vector to the mean of the neighbours
 STEPS = 12  # largest number of steps of half of this vector, until no quads cross
@@ -32,22 +29,6 @@ LEAST = 0.05  # smallest scaled Jacobian of a hex, unless it was smaller before
 ROUNDING = 1 - 1e-9  # factor that allows for rounding errors in a hex that is only translated
 SMALLEST = 1 / 16  # smallest share; smaller ones become zero
 ADVANCES = 6  # rounds, each of which halves the remaining distance
-
-
-def untangled(problem: FitProblem, x: np.ndarray, moves: np.ndarray | None = None) -> np.ndarray:
-    """Positions (V, 3) with valid hexes if possible, with ever weaker springs at the boundary.
-
-    x : (V, 3); returned unchanged if all hexes are valid
-    moves : (V,) vertices that may move; None: all
-    """
-    place = x[problem.outer]
-    for weight in WEIGHTS:
-        if problem.scaled_jacobian(x).min() > 0:
-            break
-        every = weight / problem.size(x)[problem.outer] ** 2
-        springs = pull(problem.outer, place, np.zeros_like(place), 0 * every, every)
-        x = problem.relax(x, problem.lengths(x, *RESHAPED), Terms(), [springs], ITERATIONS, moves)
-    return x
 
 
 def is_sound(mesh: HexMesh) -> bool:

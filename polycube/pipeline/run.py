@@ -91,10 +91,8 @@ class Run:
         MeshingError
             If the time limit is reached.
         """
-        if self.results.is_loaded("read"):
-            state = self.load_input()
-        else:
-            state = self._read(self.settings, self.clock)
+        is_loaded = self.results.is_loaded("read")
+        state = self.load_input() if is_loaded else self._read(self.settings, self.clock)
         for warning in state.warnings:
             logger.warning("warning: %s", warning)
         self.settings = self.settings.in_unit(state.surface.unit)
@@ -120,8 +118,7 @@ class Run:
                 for move, expected in moves_of(self.policy, history):
                     make(history, move, expected)
                     if history.ranked:
-                        state = replace(state, ranked=history.ranked)
-                        return choose(state, 0, self.primitives)
+                        return choose(replace(state, ranked=history.ranked), 0, self.primitives)
         except TimeIsUp:
             raise MeshingError(self._too_late("structure")) from None
         raise InputError(self.proposals.explain_none(state.surface))
@@ -132,8 +129,7 @@ class Run:
         if self.settings.resume:
             remaining = [name for name in self.names if not self.results.is_loaded(name)]
             warn_of_changed_settings(self.settings.resume, self.settings.composed, remaining)
-        warnings = list(state.warnings)
-        value = [state.surface, state.path, warnings, state.repair, state.points]
+        value = [state.surface, state.path, [*state.warnings], state.repair, state.points]
         self.results.store("read", value)
         self.store_start(state)
 
@@ -192,7 +188,7 @@ class Run:
 
     def finish_search(self, history: History, stages: list[Stage], ended: str | None) -> RunState:
         """The state of the best mesh after the last stages; the results of stages are stored."""
-        leader, seconds = history.leader, self.settings.seconds
+        leader, limit = history.leader, self.settings.seconds
         if leader is None and ended == "user":
             raise KeyboardInterrupt
         if leader is None:
@@ -213,8 +209,7 @@ class Run:
         verdict = leader.verdict if is_judged else None
         found = replace(found, ranked=history.ranked, moves=tuple(history.table), verdict=verdict)
         if ended is not None:
-            late = ended == "time"
-            why = f"stopped at the time limit of {seconds:g} s" if late else "interrupted"
+            why = "interrupted" if ended == "user" else f"stopped at the time limit of {limit:g} s"
             stopped = f"meshing was {why}; the result is the best mesh until then"
             logger.warning("warning: %s", stopped)
             found = replace(found, stopped=stopped, interrupted=ended == "user")
@@ -240,8 +235,7 @@ class Run:
             labels = nearest_labels(state.surface, state.polycube, state.parametrization)
         verdict = state.verdict or judged(self.acceptance, hexes, state.surface)
         state = replace(state, hexes=hexes, labels=labels, verdict=verdict)
-        first = [state.unfitted or "", wrong_topology(state)]
-        failures = [*filter(None, first), *verdict.failures]
+        failures = [*filter(None, (state.unfitted, wrong_topology(state))), *verdict.failures]
         if not failures and self.settings.strict and verdict.warnings:
             failures = [f"strict=true: {verdict.warnings[0]}"]
         return replace(state, failure="; ".join(failures)) if failures else state
