@@ -22,7 +22,7 @@ Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of bo
 Place = tuple[int, str]  # a solid and one of its sets
 ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
 ALIKE = 0.9  # areas of faces that are about equal; otherwise the smaller one is bound in a tie
-COVERED = 0.99  # of the area of a contact: smallest share of common quads for agreeing meshes
+COVERED = 0.97  # of the area of a contact: smallest share of common quads, which have chords
 
 
 def combined(

@@ -37,7 +37,7 @@ ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 GROUPS = ("name", "colour", "layer", "none")
 THREADS = ("absorb", "keep")
-INTERFACES = ("tie", "conform", "separate")
+INTERFACES = CONFORM, TIE, SEPARATE = "conform", "tie", "separate"
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 EFFORT = 4  # the time limit for the removal of features, as a multiple of that of reading
 FEWER = "remove fewer, such as only the smaller ones"
@@ -54,7 +54,7 @@ class Cad:
     groups: str = "name"  # what names and groups the faces, one of GROUPS
     units: str | None = None  # length unit of the coordinates in the rest of the run
     threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
-    interfaces: str = "tie"  # how the meshes of touching solids are joined, one of INTERFACES
+    interfaces: str = CONFORM  # how the meshes of touching solids are joined, one of INTERFACES
     materials: object = None  # of several solids, for the command line only
     remove: Remove = field(default_factory=Remove)  # features that are removed from the solid
 

@@ -122,10 +122,26 @@ def _triangles(
             removal = Removal(gmsh, solid, request["remove"], named)
         except LookupError as error:
             sys.exit(f"{REFUSED}{error.args[0]}")
-        number, sides = removal.number, sorted(removal.number)
+        number = removal.number
         found["removed"] = np.array(json.dumps(removal.record(gmsh_lengths(path))))
     sys.stderr.write(f"{TESSELLATING}\n")
-    segments = bounded_segments(gmsh, sides, request["segments"], COARSE * size)
+    return found | tessellated(gmsh, number, size, request["segments"], way)
+
+
+def tessellated(
+    gmsh: ModuleType, number: Mapping[int, int], size: float, requested: int, way: str = CURVED
+) -> dict[str, np.ndarray]:
+    """Vertices (V, 3), triangles (F, 3) with the number of their face, and number of segments.
+
+    Parameters
+    ----------
+    number : number of each face, by its tag
+    size : diagonal of the solids
+    requested : number of segments of a full circle
+    way : one of `WAYS`
+    """
+    sides = sorted(number)
+    segments = bounded_segments(gmsh, sides, requested, COARSE * size)
     for name, value in {
         "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
         "Mesh.MeshSizeMin": FINE * size,
@@ -140,7 +156,7 @@ def _triangles(
     place = np.zeros(int(tags.max()) + 1, np.int64)
     place[tags] = np.arange(len(tags))
     faces = [place[gmsh.model.mesh.getElementsByType(2, side)[1].reshape(-1, 3)] for side in sides]
-    return found | {
+    return {
         "vertices": points.reshape(-1, 3),
         "faces": np.concatenate(faces),
         "cad_face": np.repeat([number[side] for side in sides], [len(own) for own in faces]),

@@ -11,6 +11,7 @@ import pytest
 
 from polycube.assembly.combined import combined
 from polycube.cli.infer import _command
+from polycube.cli.infer import _silently as attempt
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.run import run_solids
 from polycube.config import compose
@@ -37,6 +38,7 @@ def done(cubes, tmp_path_factory):
     """Results of three cubes, and a fourth that is refused, with exit code."""
     folder = tmp_path_factory.mktemp("results")
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    words += ["cad.interfaces=tie"]
     return _command(config(f"mesh={cubes}", *words, *QUICK)), folder
 
 
@@ -108,6 +110,7 @@ def test_the_mesh_of_all_names_the_solids_and_has_one_vertex_where_they_agree(do
 def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
     _, folder = done
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    words += ["cad.interfaces=tie"]
     assert _command(config(f"mesh={cubes}", *words, *QUICK)) == 2
     lines = capsys.readouterr().err.splitlines()
     assert [line.partition(":")[0] for line in lines[:4]] == list(NAMES)
@@ -119,6 +122,7 @@ def test_results_are_reused_unless_a_setting_changes(done, cubes, capsys):
 def combined_again(cubes, folder, *more):
     """Exit code and sentence of the valid three of the cubes, from the results of their runs."""
     words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", f"output_dir={folder}"]
+    words += ["cad.interfaces=tie"]
     cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK, *more])
     return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg: (1, "it was run again"))
 
@@ -132,16 +136,39 @@ def test_solvers_get_the_mesh_of_all_where_all_are_valid(done, cubes, tmp_path):
     assert "NAME=left_x_max" not in deck  # it is inside
     assert deck.count("*TIE") == 1 and "\ntop_cad_face_5, left_cad_face_6\n" in deck
     assert len(meshio.read(folder / "hex.inp").points) == 9 * 5 * 5 + 5**3
-    for interfaces, points in (("conform", 9 * 5 * 5 + 5**3), ("separate", 3 * 5**3)):
-        assert combined_again(cubes, folder, f"cad.interfaces={interfaces}") == (0, "")
-        assert "*TIE" not in (folder / "hex.inp").read_text()
-        assert len(meshio.read(folder / "hex.inp").points) == points
+    assert combined_again(cubes, folder, "cad.interfaces=separate") == (0, "")
+    assert "*TIE" not in (folder / "hex.inp").read_text()
+    assert len(meshio.read(folder / "hex.inp").points) == 3 * 5**3
+
+
+@pytest.mark.slow
+def test_solids_that_touch_are_meshed_together(cubes, tmp_path, capsys):
+    words = ["cad.solid=all", "order=[meshing]", "export=[abaqus]", "meshing.size=2.5"]
+    cfg = compose("infer", [f"mesh={cubes}", *words, f"output_dir={tmp_path / 'out'}"])
+    assert run_solids(cfg, read_solids(cubes)[:3], tmp_path / "out", attempt) == (0, "")
+    assert "left, right, top are meshed together\n" in capsys.readouterr().err
+    found = report(tmp_path / "out")
+    assert [each["joined"] for each in found["contacts"]] == ["shared vertices"] * 2
+    assert [each["area"] for each in found["contacts"]] == pytest.approx([100, 25])
+    assert "*TIE" not in (tmp_path / "out" / "hex.inp").read_text()
+    assert found["hex"]["features"]["curves"] == {"all": 36, "lost": 0}
+    assert found["mesh_warnings"] == []
+
+
+@pytest.mark.slow
+def test_solids_without_a_common_structure_are_tied_and_the_report_says_why(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    assert combined_again(cubes, folder, "cad.interfaces=conform") == (0, "")
+    assert (folder / "hex.inp").read_text().count("*TIE") == 1
+    why = "left, right, top are meshed one by one, because they are not a sweep or a turned part"
+    assert report(folder)["mesh_warnings"][0].startswith(why)
 
 
 def posed_again(cubes, folder, *more):
     """The valid three of the cubes with materials, one held and one pulled, from earlier meshes."""
     words = ["cad.solid=all", "order=[meshing]", DECK, "analysis=static", f"output_dir={folder}"]
     words += ["cad.materials={left: steel, 2: abs}", "analysis.material=brass"]
+    words += ["cad.interfaces=tie"]
     cfg = compose("infer", [f"mesh={cubes}", *words, *QUICK, *more])
     return run_solids(cfg, read_solids(cubes)[:3], folder, lambda cfg, placed=None: (0, ""))
 

@@ -21,8 +21,10 @@ from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
 from polycube.io.access.reading import read_json
+from polycube.io.cad import SEPARATE
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
+from polycube.pipeline.improvement import GIVEN
 from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.registry import provide
 from polycube.report.numbers.features import KINDS, face_name
@@ -53,6 +55,7 @@ def write_assembly(
     solids: Sequence[Solid],
     codes: Mapping[int, int],
     exports: list[Export],
+    notes: Sequence[str] = (),
 ) -> Json:
     """Write `hex.vtu`, the requested formats, `report.json` and `report.html` of all solids.
 
@@ -60,6 +63,7 @@ def write_assembly(
     ----------
     folder : folder with the folders of the runs
     codes : exit codes by the number of the solid
+    notes : further warnings
 
     Returns
     -------
@@ -86,6 +90,7 @@ def write_assembly(
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
     mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
     report = _report(cfg, parts, touching, mesh)
+    report["mesh_warnings"] = [*notes, *report["mesh_warnings"]]
     if mesh is not None and (problem := problem_of_all(cfg, solids, mesh.unit)):
         for row, own in zip(report["solids"], materials(problem, solids), strict=False):
             row |= own
@@ -119,6 +124,8 @@ def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
     surface = load_stage(run, "read")[0]
     if "hex" not in report:
         return _Part(solid, row, report, surface, None)
+    if has_stage(run, GIVEN):
+        return _Part(solid, row, report, surface, with_sets(load_stage(run, GIVEN)[0], surface))
     last = next(kind for kind in reversed(cfg["meshing"]["order"]) if has_stage(run, kind))
     return _Part(solid, row, report, surface, with_sets(load_stage(run, last), surface))
 
@@ -140,11 +147,11 @@ def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | Non
 
 def _joined(how: Agreement | None, interfaces: str) -> str | None:
     """How the meshes are joined at a contact: `SHARED`, `TIED` in decks, or not at all."""
-    if how is None or interfaces == "separate":
+    if how is None or interfaces == SEPARATE:
         return None
     if how.is_covered:
         return SHARED
-    return TIED if interfaces == "tie" and min(how.quads) else None
+    return TIED if min(how.quads) else None
 
 
 def _contact(

@@ -1,7 +1,8 @@
 """Run every solid of a CAD file as a job of a batch; combine the results in one mesh and page.
 
-The jobs run in sequence. Identical solids are meshed once: the jobs of the others move the mesh of
-the first.
+The jobs run in sequence. Solids that touch are meshed together first, if they have a common
+structure; their jobs take these hexes. Of other identical solids, one is meshed: the jobs of the
+others move its mesh.
 """
 
 import sys
@@ -12,13 +13,14 @@ from pathlib import Path
 
 from polycube.cli.batch import ROW, Attempt, run_job
 from polycube.cli.signals import INTERRUPTED
+from polycube.cli.solids.joint import given, write_joint_meshes
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
 from polycube.cli.solids.settings import of_runs
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.io.access.reading import read_json
-from polycube.io.cad import Cad
+from polycube.io.cad import CONFORM, Cad
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
@@ -111,16 +113,20 @@ def run_solids(
     names = {solid.number: solid.name for solid in solids}
     codes: dict[int, int] = {}
     with locked(folder):
+        is_joint = cfg["cad"]["interfaces"] == CONFORM and "meshing" in cfg["order"]
+        meshes, notes = write_joint_meshes(settings[0], solids, folder) if is_joint else ({}, [])
         for solid, own in zip(solids, settings, strict=True):
             job = attempt
-            if shared and solid.motion is not None:
+            if solid.number in meshes:
+                own = given(own, meshes[solid.number])
+            elif shared and solid.motion is not None and solid.same_as not in meshes:
                 source = folder / names[solid.same_as], solid.motion
                 job = partial(_placed, attempt, source, cfg["meshing"]["order"])
             setting = f"cad.solid={solid.number}"
             codes[solid.number] = code = run_job(own, folder / solid.name, setting, job)
             if code == INTERRUPTED:
                 raise KeyboardInterrupt
-        report = write_assembly(folder, cfg, solids, codes, exports)
+        report = write_assembly(folder, cfg, solids, codes, exports, notes)
     sys.stderr.write(f"{printable(f'{summary(report)}: {folder / PAGE[0]}')}\n")
     return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
 
