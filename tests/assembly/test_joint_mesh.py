@@ -44,7 +44,7 @@ def test_three_boxes_fill_their_places_exactly_and_share_vertices(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["hole_and_pin", "bolted"])
+@pytest.mark.parametrize("name", ["hole_and_pin", "bolted", "hinged"])
 def test_round_faces_agree_and_keep_their_features(name, tmp_path):
     surfaces, meshes = made(name, 3.0, tmp_path)
     sets = [with_sets(*pair) for pair in zip(meshes, surfaces, strict=True)]

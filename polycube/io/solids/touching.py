@@ -17,7 +17,7 @@ from polycube.errors import InputError
 from polycube.io.access.reading import reading
 from polycube.io.cad_worker import opened, tessellated
 from polycube.io.file_units import gmsh_lengths
-from polycube.io.foreign.process import read_separately
+from polycube.io.foreign.process import Late, read_separately
 from polycube.io.tessellation.sewing import diagonal
 from polycube.surface.measures import connected
 from polycube.surface.repair.clean import clean
@@ -40,11 +40,14 @@ def touching(path: Path, segments: int) -> list[dict[int, TriMesh]]:
 
     Raises
     ------
-    InputError : solids overlap, or Open CASCADE fails
+    InputError : solids overlap, or Open CASCADE fails or needs too long
     """
-    with reading(path):
-        worker = "polycube.io.solids.touching"
-        output, _ = read_separately(worker, path, {"segments": segments}, EFFORT)
+    worker, options = "polycube.io.solids.touching", {"segments": segments}
+    try:
+        with reading(path):
+            output, _ = read_separately(worker, path, options, EFFORT)
+    except Late as late:
+        raise InputError(f"common faces were not found in {late.seconds} s") from None
     if output is None:
         raise InputError("the solids overlap, or Open CASCADE cannot divide their faces")
     with np.load(BytesIO(output)) as arrays:
