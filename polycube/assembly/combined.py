@@ -4,7 +4,7 @@ Two meshes agree where their solids touch if they have equal vertices and quads 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 
 import numpy as np
@@ -21,7 +21,7 @@ from polycube.types import HexMesh
 Joint = tuple[int, int, np.ndarray]  # two solids, and the vertices (K, 2) of both that are merged
 Place = tuple[int, str]  # a solid and one of its sets
 ONE_PLACE = 0.02  # of the shortest quad side at a vertex: closer vertices are equal
-ALIKE = 0.9  # areas of faces that are about equal; otherwise the smaller one is bound in a tie
+ALIKE = 0.9  # areas that are about equal; otherwise the smaller faces are bound in ties
 COVERED = 0.97  # of the area of a contact: smallest share of common quads, which have chords
 
 
@@ -130,7 +130,7 @@ class Agreement:
     area: float  # area of these quads, in squared model units
     is_covered: bool  # whether they cover the contact, so that the meshes agree there
     vertices: np.ndarray  # (K, 2) vertices of these quads, of the first and the second mesh
-    binds_first: bool  # whether a tie binds the nodes of the first face, not of the second
+    binds_first: bool = False  # whether ties bind nodes of the first mesh, not of the second
 
 
 def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> list[Agreement]:
@@ -138,7 +138,7 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
     vertices, quads = _common(first, second)
     faces = cad_faces(first), cad_faces(second)
     areas = [measure(mesh.vertices[mesh.quads]).area for mesh in (first, second)]
-    found = []
+    found, total = [], np.zeros(2)
     for contact in contacts:
         f, g = contact.first, contact.second
         own = quads[(faces[0][quads[:, 0]] == f) & (faces[1][quads[:, 1]] == g)]
@@ -146,11 +146,14 @@ def agreements(first: HexMesh, second: HexMesh, contacts: Sequence[Contact]) -> 
         meshed = areas[0][faces[0] == f].sum(), areas[1][faces[1] == g].sum()
         is_covered = 0 < COVERED * min(contact.area, *meshed) <= area
         counts = int((faces[0] == f).sum()), int((faces[1] == g).sum())
-        is_finer = counts[0] > counts[1]
-        binds_first = is_finer if min(meshed) > ALIKE * max(meshed) else meshed[0] < meshed[1]
+        total += meshed
         ends = vertices[np.isin(vertices[:, 0], first.quads[own[:, 0]])]
-        found.append(Agreement(counts, own, area, bool(is_covered), ends, bool(binds_first)))
-    return found
+        found.append(Agreement(counts, own, area, bool(is_covered), ends))
+    number = np.sum([each.quads for each in found], axis=0)
+    is_alike = total.min() > ALIKE * total.max()
+    # the same for all contacts, so that no node is bound in one tie and binds others in another
+    binds_first = bool(number[0] > number[1] if is_alike else total[0] < total[1])
+    return [replace(each, binds_first=binds_first) for each in found]
 
 
 def _common(first: HexMesh, second: HexMesh) -> tuple[np.ndarray, np.ndarray]:

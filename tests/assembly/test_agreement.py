@@ -98,6 +98,15 @@ def test_a_tie_binds_the_finer_of_equal_faces():
     assert meet(half, coarse, 12, 1, 2).binds_first
 
 
+def test_ties_of_two_solids_bind_nodes_of_the_same_one():
+    """Else a node between two contacts would be bound in one tie and bind others in the other."""
+    first, second = block([0, 0, 0], (2, 3, 4)), block([2, 0, 0], (5, 3, 3), 1)
+    pair = [Contact(2, 1, 9.0, 1.0), Contact(4, 4, 8.0, 1.0)]
+    alone = [agreements(first, second, [each])[0].binds_first for each in pair]
+    assert alone == [False, True]  # the smaller face: 12 and 9, 8 and 15
+    assert [each.binds_first for each in agreements(first, second, pair)] == [True, True]
+
+
 @pytest.mark.parametrize(
     ("low", "counts", "common"),
     [
