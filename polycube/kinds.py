@@ -199,10 +199,14 @@ class Improve(Protocol):
 
 
 class SplineSpace(Protocol):
-    """Build a volumetric spline on the hexes."""
+    """Build a volumetric spline on the hexes.
 
-    def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
-        """A spline whose boundary follows the surface."""
+    A plugin may have a field `analysis`, declared like those of an `Export`: a run with an analysis
+    sets it to the function that solves it on a spline with named boundary sets.
+    """
+
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline | tuple[Spline, Solution]:
+        """A spline whose boundary follows the surface; and its solution, if it was computed."""
 
 
 class Analysis(Protocol):

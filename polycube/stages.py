@@ -43,7 +43,7 @@ class Clock:
     effort: dict[str, Counter[str]] = field(default_factory=dict)
 
     def run(self, name: str, call: Callable[[], Value]) -> Value:
-        """Call a function, measure its time and log one line.
+        """Call a function, measure its time, without that of steps in it, and log one line.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class Clock:
             As the function; any other exception becomes a MeshingError with the name of the step.
         """
         logger.debug("%s begins", name, extra={"stage": name})
-        begin = time.perf_counter()
+        begin = time.perf_counter() - sum(self.seconds.values())
         with counted() as effort:
             try:
                 return call()
@@ -61,7 +61,8 @@ class Clock:
                 logger.debug("stage %s failed", name, exc_info=True)
                 raise MeshingError(f"stage {name} failed: {type(bug).__name__}: {bug}") from bug
             finally:
-                self._note(name, time.perf_counter() - begin, effort)
+                inner = sum(self.seconds.values())
+                self._note(name, time.perf_counter() - inner - begin, effort)
 
     def _note(self, name: str, spent: float, effort: Counter[str]) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + spent

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from polycube.analysis.problem import MATERIALS
 from polycube.analysis.supports import prescribed, supports
 from polycube.errors import MeshingError
-from polycube.registry import register, setting
-from polycube.types import HexMesh, Spline, TriMesh
+from polycube.registry import BY_RUN, register, setting
+from polycube.types import HexMesh, Modes, Solution, Spline, TriMesh
 
 from .options import SplineOptions
 
@@ -81,9 +82,10 @@ class Optimal(Volumetric):
 class Auto(SplineOptions):
     """h2s where it is accurate enough, else optimal, by an error estimate for the lowest modes.
 
-    The lowest elastic frequencies with the supports of the analysis are computed from h2s. If the
-    error of a squared frequency is larger than `error`, as on thin walls with one or two hexes, and
-    for heat conduction, the space is optimal, if memory and a limit of 40,000 functions allow it.
+    The lowest elastic frequencies with the supports of the analysis are computed from h2s, by the
+    analysis itself if it estimates their errors. If the error of a squared frequency is larger than
+    `error`, as on thin walls with one or two hexes, and for heat conduction, the space is optimal,
+    if memory and a limit of 40,000 functions allow it.
     For statics it is h2s: displacement and stress have all continuous tricubic functions anyway. It
     is h2s with cyclic symmetry as well, because the functions of the two cut faces must be equal.
 
@@ -97,14 +99,15 @@ class Auto(SplineOptions):
 
     error: float = 0.02
     solves: str | None = setting("analysis.plugin", None)
+    analysis: Callable[[Spline], Solution] | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.error > 0:
             raise ValueError(f"error must be positive; got {self.error}")
 
-    def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline:
-        """The spline of the chosen space; logs the estimate."""
+    def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline | tuple[Spline, Solution]:
+        """The spline of the chosen space, and the solution if it was computed on this spline."""
         from .construction import Construction
 
         made = Construction(self, surface, hexes)
@@ -114,24 +117,30 @@ class Auto(SplineOptions):
             return made.finished(made.best_trial(Optimal.space))
         best = made.best_trial(H2S.space)
         spline = made.finished(best)
-        if larger and self._error(spline, hexes) > self.error:
-            spline = made.finished(made.best_trial(Optimal.space, best))
-        return spline
+        error, solution = self._error(spline, hexes) if larger else (0.0, None)
+        if error > self.error:
+            return made.finished(made.best_trial(Optimal.space, best))
+        return spline if solution is None else (spline, solution)
 
-    def _error(self, spline: Spline, hexes: HexMesh) -> float:
-        """Largest estimated relative error of the squared frequencies; 0 without det J > 0."""
+    def _error(self, spline: Spline, hexes: HexMesh) -> tuple[float, Solution | None]:
+        """Largest estimated relative error of the squared frequencies, and the solution.
+
+        It is 0 without det J > 0.
+        """
         from polycube.analysis.modal import free_modes
         from polycube.hexmesh.named_sets import sets_of_spline
 
         named = replace(spline, sets=sets_of_spline(spline, hexes))
         held = supports(named, prescribed(self.held))
         try:
-            modes = free_modes(named, MATERIALS["steel"], MODES, supports=held, enrich=True)
+            modes = solution = self.analysis(named) if self.analysis else None
+            if not isinstance(modes, Modes) or not modes.errors:
+                modes = free_modes(named, MATERIALS["steel"], MODES, supports=held, enrich=True)
         except (MeshingError, ValueError):
-            return 0.0
-        error = 2 * max(modes.errors, default=0.0)
+            return 0.0, None
+        error = 2 * max(modes.errors[: MODES - modes.rigid], default=0.0)
         logger.info("h2s: estimated error of a squared frequency %.2g %%", 100 * error)
-        return error
+        return error, solution
 
 
 def _is_affordable(functions: int) -> bool:

@@ -13,9 +13,10 @@ from polycube.kinds import Export
 from polycube.numerics import memory
 from polycube.pipeline.resume.results import StageResults
 from polycube.pipeline.settings import Settings
+from polycube.registry import provide
 from polycube.stages import Clock, Stage, build_stages
 from polycube.state import RunState
-from polycube.types import HexMesh
+from polycube.types import HexMesh, Solution, Spline
 
 
 def solving_stages(settings: Settings) -> list[Stage]:
@@ -27,14 +28,28 @@ def solving_stages(settings: Settings) -> list[Stage]:
 def solved(
     state: RunState, stages: Sequence[Stage], clock: Clock, results: StageResults
 ) -> RunState:
-    """The state after the stages; results of an earlier run are loaded, all are stored."""
+    """The state after the stages; results of an earlier run are loaded, all are stored.
+
+    A spline may be chosen by the solution on it, which is then not computed again.
+    """
+
+    def solve(spline: Spline) -> Solution:
+        return clock.run("analysis", partial(stages[-1].plugin, spline))
+
     for stage in stages:
         if results.is_loaded(stage.kind):
             value = results.load(stage.kind)
+        elif stage.kind == "analysis" and state.solution is not None:
+            value = state.solution
         else:
             if stage.kind == "analysis" and state.spline is not None:
                 memory.warn(len(state.spline.control), is_factored(state.spline))
+            if stage.kind == "spline" and stages[-1].kind == "analysis":
+                stage = replace(stage, plugin=provide(stage.plugin, analysis=solve))
             value = clock.run(stage.kind, partial(stage, state))
+        if isinstance(value, tuple):
+            value, solution = value
+            state = replace(state, solution=solution)
         state = stage.put(state, value)
         if stage.kind == "spline" and state.spline is not None:
             sets = sets_of_spline(state.spline, hexes_of(state))

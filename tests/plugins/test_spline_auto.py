@@ -10,8 +10,8 @@ from polycube.analysis.recovery import samples
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.named_sets import boundary_sets, sets_of_spline
 from polycube.io.hex_meshes import boundary, patches
-from polycube.registry import BadOption, build
-from polycube.types import HexMesh, Spline
+from polycube.registry import BadOption, build, provide
+from polycube.types import HexMesh, Modes, Spline
 from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import hex_box
 
@@ -73,6 +73,27 @@ def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers)
         ratio = doubt / abs(stiff - exact)
         assert stiff[:2] == pytest.approx(exact[:2], rel=0.03)
         assert (ratio > 1).mean() > 0.9 and np.median(ratio) < 5
+
+
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+def test_the_analysis_itself_estimates_the_error_if_it_can(mass):
+    mesh, asked = hex_box((2, 2, 2)), []
+    modal = build("analysis", {"plugin": "modal", "modes": 8, "mass": mass})
+
+    def chosen(error: float) -> Spline | tuple[Spline, Modes]:
+        made = build("spline", {"plugin": "auto", "error": error, "fit": {"iterations": 0}})
+        asked.append(0)
+
+        def solve(spline: Spline) -> Modes:
+            asked[-1] += 1
+            return modal(spline)
+
+        return provide(made, analysis=solve)(boundary(mesh), mesh)
+
+    spline, modes = chosen(0.5)
+    assert len(spline.control) == len(mesh.vertices) and len(modes.frequency) == 8
+    assert bool(modes.errors) == (mass == "consistent")
+    assert len(chosen(1e-4).control) > len(mesh.vertices) and asked == [1, 1]
 
 
 @pytest.mark.slow
