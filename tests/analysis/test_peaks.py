@@ -66,6 +66,7 @@ def test_a_sharp_corner_is_named_and_excluded():
         assert apart == pytest.approx(found.singular.distance, rel=0.05)
         distance = np.hypot(found.peak.at[0] - THICK, found.peak.at[2] - THICK)
         assert distance > 0.1 * np.linalg.norm([LEG, WIDE, LEG])
+        assert found.peak.error < 0.1 * found.peak.value
         away.append(found.peak.value)
         near.append(found.singular.value)
         distances.append(found.singular.distance / np.linalg.norm([LEG, WIDE, LEG]))
@@ -73,6 +74,14 @@ def test_a_sharp_corner_is_named_and_excluded():
         near[0], rel=0.1
     )
     assert all(0.1 <= distance <= 0.2 for distance in distances)
+
+
+def test_singular_stress_is_not_in_the_estimate_beside_it():
+    spline = box((6, 2, 2), (3.0, 1.0, 1.0), "h2s")
+    held = [Support("x_min", faces_of(spline, "x_min"), (0, 1, 2))]
+    found = deform(spline, SOLID, held, [Load("x_max", force=[1.0, 0.0, 0.0])], length_unit="m")
+    assert found.singular.what == "border of x_min" and found.peak.at[0] == pytest.approx(0.5)
+    assert 0.005 < found.peak.error / found.peak.value < 0.03
 
 
 def places(spline, supports=(), loaded=(), radius=0.1):
