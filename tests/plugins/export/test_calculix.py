@@ -1,9 +1,6 @@
 """Decks solved by CalculiX where it is installed: exact answers, and beams."""
 
-import shutil
-import subprocess
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,39 +12,24 @@ from polycube.cli.infer import _command
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.io.hex_meshes import patches
-from polycube.registry import build, provide
 from polycube.spline.second_order import hex_elements
 from tests.fixtures import assemblies
+from tests.fixtures.calculix import CCX, WHY, run_ccx, written
 from tests.fixtures.hexmeshes import barrel, hex_box
 from tests.fixtures.runs import config, run
 from tests.fixtures.splines import spline_of
 
-CCX = shutil.which("ccx")
-pytestmark = pytest.mark.skipif(CCX is None, reason="CalculiX is not installed")
+pytestmark = pytest.mark.skipif(CCX is None, reason=WHY)
 
 YOUNG, LENGTH, SIDE = 70e9, 10.0, 1.0
 METAL = {"young": YOUNG, "poisson": 0.0, "density": 2700.0}
 BEAM = hex_box((10, 2, 2), (LENGTH, SIDE, SIDE))
 
 
-def run_ccx(deck: Path) -> str:
-    """The tables that CalculiX prints."""
-    command = [CCX, "-i", deck.stem]
-    done = subprocess.run(command, cwd=deck.parent, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0 and "*ERROR" not in done.stdout, done.stdout[-2000:]
-    return deck.with_suffix(".dat").read_text()
-
-
 def frequencies(table: str) -> np.ndarray:
     """Frequencies of the modes in ascending order, in Hz."""
     rows = map(str.split, table.partition("P A R T I C I P A T I O N")[0].splitlines())
     return np.array([float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()])
-
-
-def written(mesh, folder, analysis, element, spline=None, materials=()) -> Path:
-    problem = replace(build("analysis", analysis).problem, materials=materials)
-    plugin = build("export", {"plugin": "abaqus", "element": element})
-    return provide(plugin, problem=problem, spline=spline)(mesh, folder / "hex")
 
 
 def solved(mesh, folder, analysis, element, spline=None, asked="U", materials=()) -> np.ndarray:
