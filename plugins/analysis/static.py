@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.analysis.loads import Load, check_expression
-from polycube.analysis.problem import Rotation, Statics, Vector, material
+from polycube.analysis.problem import Preload, Rotation, Statics, Vector, material
 from polycube.analysis.supports import prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline
@@ -37,6 +37,8 @@ class Static(OfProblem):
         bearing: [N, N, N], a pressure on the half of a hole or shaft that resists
     rotation : {axis: [0, 0, 1], point: [0, 0, 0], rpm: 3000}; centrifugal forces
     temperature : in K above that without stress: a number or an expression of x, y, z
+    preloads : [{point: [x, y, z], axis: [0, 0, 1], force: 10e3}], in N, such as of a bolt: the part
+        is cut at the point across the axis, and the two sides are pulled together with this force
     gravity : acceleration in m/s^2; null: [0, 0, -9.81] if nothing else loads or moves
         the part
     away : distance as a share of the diagonal; places closer to sharp inner edges, borders of
@@ -49,6 +51,7 @@ class Static(OfProblem):
     loads: tuple[object, ...] = ()
     rotation: Rotation | None = None
     temperature: float | str = 0.0
+    preloads: tuple[Preload, ...] = ()
     gravity: tuple[float, ...] | None = None
     away: float = 0.02
 
@@ -69,6 +72,11 @@ class Static(OfProblem):
         if self.rotation is not None:
             turning = options_of("rotation", Rotation, self.rotation)
             object.__setattr__(self, "rotation", turning)
+        given = self.preloads
+        if isinstance(given, Mapping) or not all(isinstance(x, Mapping | Preload) for x in given):
+            raise ValueError(f"preloads are [{{point, axis, force}}, ...]; got {given!r}")
+        preloads = tuple(options_of("preloads", Preload, each) for each in given)
+        object.__setattr__(self, "preloads", preloads)
         if self.gravity is not None:
             check_vector("gravity", self.gravity)
         if self.cyclic is not None:
@@ -91,7 +99,7 @@ class Static(OfProblem):
         if self.gravity is not None:
             return self.gravity
         is_moved = any(item.get("value") for _, item in map(split, self.fixed))
-        is_loaded = self.loads or self.rotation or self.temperature
+        is_loaded = self.loads or self.rotation or self.temperature or self.preloads
         return (0.0, 0.0, 0.0) if is_loaded or is_moved else WEIGHT
 
     @property
@@ -99,7 +107,7 @@ class Static(OfProblem):
         """The problem, for input files of other solvers."""
         solid, fixed = material(self.material), prescribed(self.fixed)
         loads = tuple(Load(place, **item) for place, item in map(split, self.loads))
-        body = self._acceleration, self.rotation, self.temperature
+        body = self._acceleration, self.rotation, self.temperature, self.preloads
         return Statics(self.units, fixed, solid, loads, *body, cyclic_symmetry=self.cyclic)
 
     def __call__(self, spline: Spline) -> Deformation:
@@ -119,6 +127,7 @@ class Static(OfProblem):
             problem.rotation,
             problem.temperature,
             problem.cyclic_symmetry,
+            problem.preloads,
         )
         logger.info("load %s N", " ".join(f"{force:.4g}" for force in found.load))
         return found

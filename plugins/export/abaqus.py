@@ -8,12 +8,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from polycube.analysis.problem import Conduction
+from polycube.analysis.preloads.sections import sections
+from polycube.analysis.problem import Conduction, Preload, Statics
+from polycube.errors import InputError
+from polycube.hexmesh.connectivity import FACES
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
 from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
+from .loads import Loads
 from .text import count, lines, narrow, rendered
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
@@ -82,9 +86,39 @@ class Abaqus(WithProblem, TextFormat):
             node_sets=node_sets(named, own.quads),
             surfaces=named.sets,
             ties=[(*tie, _gap(named, tie[1])) for tie in named.ties],
-            sides=np.column_stack([owner + 1, SIDES[side]]),
+            sides=_sides(np.column_stack([owner, side])),
+            preloads=[(each, _sides(faces)) for each, faces in _sections(loads)],
+            first=len(own.points) + 1,
             called=dict(zip(side_sets(hexes), named.sets, strict=True)),
         )
+
+
+def _sections(loads: Loads | None) -> Iterator[tuple[Preload, np.ndarray]]:
+    """The preloads, and hexes and local faces (N, 2) of the section of each.
+
+    Raises InputError if a deck cannot hold one: solvers cut only hexes with a face in the section.
+    """
+    if loads is None or not isinstance(loads.problem, Statics) or not loads.problem.preloads:
+        return
+    mesh, given = loads.mesh, loads.problem.preloads
+    solid = mesh.cell if loads.problem.materials else None
+    found = sections(mesh.vertices, mesh.hexes, given, solid)
+    for preload, (section, layer) in zip(given, found, strict=True):
+        nodes = mesh.hexes[section[:, :1], FACES[section[:, 1]]]
+        bound = [each.nodes for each in loads.supports if preload.direction[each.component]]
+        bound += [mesh.quads[mesh.sets[name]] for tie in mesh.ties for name in tie]
+        if any(np.isin(nodes, each).any() for each in bound):
+            raise InputError(f"{preload} has a section at a support or at a tied surface")
+        layer[section[:, 0]] = False
+        if np.isin(mesh.hexes[layer], nodes).any():
+            what = "is where the hexes are not in one layer across the axis, as a deck needs it"
+            raise InputError(f"{preload} {what}; move the point, or write the deck with step=false")
+        yield preload, section
+
+
+def _sides(faces: np.ndarray) -> np.ndarray:
+    """(N, 2) numbers of hexes and their faces in the file, from those in this program."""
+    return np.column_stack([faces[:, 0] + 1, SIDES[faces[:, 1]]])
 
 
 def _gap(mesh: HexMesh, name: str) -> float:

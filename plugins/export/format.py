@@ -73,7 +73,7 @@ class WithProblem:
     problem: Problem | None = field(default=None, metadata=BY_RUN)
 
     # what the files cannot hold: properties of a problem with other values than by default
-    lacks: ClassVar[tuple[str, ...]] = ("rotation", "temperature", "cyclic_symmetry")
+    lacks: ClassVar[tuple[str, ...]] = ("rotation", "temperature", "cyclic_symmetry", "preloads")
 
     def __post_init__(self) -> None:
         lacking = [name for name in self.lacks if self.step and getattr(self.problem, name, None)]

@@ -205,8 +205,9 @@ class Loads:
         """Whether there is something to compute."""
         acting = self.forces.any() or self.gravity.any() or any(p.pressure for p in self.pushes)
         moves = any(support.value for support in self.supports)
-        turns = getattr(self.problem, "rotation", None) is not None or len(self.temperature)
-        return bool(acting or moves or turns) or not isinstance(self.problem, Statics)
+        others = any(getattr(self.problem, name, None) for name in ("rotation", "preloads"))
+        others |= len(self.temperature) > 0
+        return bool(acting or moves or others) or not isinstance(self.problem, Statics)
 
     @property
     def fluxes(self) -> list[tuple[np.ndarray, float]]:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags, eye
+from scipy.sparse import csr_matrix, diags, eye, kron
 
 from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
@@ -120,10 +120,12 @@ class Enrichment:
         supports: Sequence[Support],
         coarse: Operator | None = None,
         sector: Sector | None = None,
+        copies: csr_matrix | None = None,
     ) -> Enrichment:
         """The enrichment of a spline with supports, and with the symmetry of a sector.
 
         Where elements of two levels meet, only the functions of the spline connect them.
+        copies : (B', B) the nodes of the spline for those of the elasticity, if it is cut
         """
         is_free = np.ones((spline.extraction.shape[0], 3), bool)
         for support in supports:
@@ -135,11 +137,15 @@ class Enrichment:
         basis = eye(is_free.size, format="csc")[:, is_free.ravel()]
         if sector is not None:
             basis = sector.basis(is_free, sector.nodes)
+        if copies is not None:  # which move together
+            each = copies @ diags(1 / np.sqrt(copies.T @ np.ones(copies.shape[0])))
+            basis = kron(each, eye(3), "csr") @ basis
         allowed = csr_matrix(basis @ basis.T)
         energy = elasticity.diagonal().ravel()
         inverse = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
         step = csr_matrix(allowed @ diags(inverse) @ allowed)
-        return cls(elasticity, allowed, step, _from_even(spline.nodes, len(is_free)), coarse)
+        even = _from_even(elasticity.nodes, len(elasticity.points))
+        return cls(elasticity, allowed, step, even, coarse)
 
     def solve(self, rest: np.ndarray, most: int = MOST) -> tuple[np.ndarray, int, float]:
         """The displacement (B, 3) under unbalanced forces (B, 3), the steps, and the residual."""

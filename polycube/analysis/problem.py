@@ -116,6 +116,31 @@ class Rotation:
 
 
 @dataclass(frozen=True)
+class Preload:
+    """A force with which the two sides of a section of the part are pulled together."""
+
+    point: Vector = ()  # in the unit of the part; the section is the connected one around it
+    axis: Vector = ()
+    force: float = 0.0  # N
+
+    def __post_init__(self) -> None:
+        numbers = (*self.point, *self.axis, self.force)
+        if len(numbers) != 7 or not all(map(is_number, numbers)) or not any(self.axis):
+            raise ValueError(
+                "each of preloads has a point [x, y, z], an axis [x, y, z] that is not zero, and a "
+                "force in N"
+            )
+
+    @property
+    def direction(self) -> np.ndarray:
+        """(3,) the axis with length 1, without rounding errors that look like components."""
+        return unit(np.array(self.axis, float)).round(12)
+
+    def __str__(self) -> str:
+        return f"the preload at {list(self.point)}"
+
+
+@dataclass(frozen=True)
 class Cyclic:
     """The part is one of several equal sectors, which a rotation about an axis maps to the next."""
 
@@ -187,6 +212,7 @@ class Statics(Problem):
     acceleration: Vector  # of gravity, m/s^2
     rotation: Rotation | None = None
     temperature: float | str = 0.0  # K above that without stress, see `loads.at_points`
+    preloads: tuple[Preload, ...] = ()
 
     @property
     def varying_loads(self) -> list[Load]:

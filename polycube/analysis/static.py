@@ -25,7 +25,8 @@ from polycube.analysis.cyclic import Sector
 from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import approximate_inverse, solvers
-from polycube.analysis.problem import Cyclic, Material, Rotation
+from polycube.analysis.preloads.sections import Cut
+from polycube.analysis.problem import Cyclic, Material, Preload, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -49,10 +50,12 @@ def deform(
     rotation: Rotation | None = None,
     temperature: float | str = 0.0,
     cyclic: Cyclic | None = None,
+    preloads: Sequence[Preload] = (),
 ) -> Deformation:
     """The deformed solid: stresses in Pa, forces in N, energy in J.
 
-    Raises InputError if the supports leave rigid motions free, and MeshingError if det J <= 0.
+    Raises InputError if the supports leave rigid motions free or a preload has no section, and
+    MeshingError if det J <= 0.
 
     supports : prescribed displacements in the length unit of the part
     acceleration : gravity in m/s^2
@@ -73,7 +76,10 @@ def deform(
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
     stiffness, _ = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
-    elasticity = Elasticity.of(unit, material.poisson, n_gauss)
+    faces = [faces_of(spline, load.place) for load in loads]
+    cut = Cut.of(spline, preloads, supports, sector)
+    spline = cut.spline
+    elasticity = Elasticity.of(replace(spline, control=unit.control), material.poisson, n_gauss)
     points = spline.extraction @ spline.control
     # the same solid with one function for each Bezier node
     nodal = replace(spline, control=points, extraction=eye(len(points), format="csr"))
@@ -82,7 +88,6 @@ def deform(
     if rotation is not None:
         pull += metre * rotation.acceleration(points)
     on_nodes = density * metres**3 * elasticity.inertia(pull)
-    faces = [faces_of(spline, load.place) for load in loads]
     for load, own in zip(loads, faces, strict=True):
         here = trace(nodal, own)
         push = load.traction_at(here.points, here.normals, here.area, metre)
@@ -92,7 +97,6 @@ def deform(
     swelling = elasticity.expansion(heat / material.young)
     # for displacements in diagonals
     scaled = on_nodes / (material.young * metres**2) + swelling
-    force = (spline.extraction.T @ scaled).ravel()
     basis, offset = constraints.basis, constraints.offset / diagonal
     near = approximate_inverse(unit, constraints, material.poisson)
     solve, rough = solvers(stiffness, constraints, constraints.points(spline.control), near)
@@ -101,11 +105,23 @@ def deform(
         forces = basis.T @ (spline.extraction.T @ rest).ravel()
         return spline.extraction @ (basis @ rough(forces)).reshape(-1, 3)
 
-    u = basis @ solve(basis.T @ (force - stiffness @ offset)) + offset
-    residual = (stiffness @ u - force) * (material.young * metres**2)
+    # under the loads, then for a unit of tightening of each preload
+    pushes = [scaled, *(-elasticity.forces(jump) for jump in cut.jumps)]
+    forces = np.stack([(spline.extraction.T @ push).ravel() for push in pushes])
+    u = np.stack([offset, *np.zeros((len(cut.jumps), len(offset)))])
+    for one, push in zip(u, forces, strict=True):
+        one += basis @ solve(basis.T @ (push - stiffness @ one))
+    fields = [spline.extraction @ one.reshape(-1, 3) for one in u]
+    fields[1:] = [own + jump for own, jump in zip(fields[1:], cut.jumps, strict=True)]
+    newtons = material.young * metres**2
+    amounts = cut.tightening(elasticity, fields, scaled, newtons)
+    residual = (stiffness @ (amounts @ u) - amounts @ forces) * newtons
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
-    own = spline.extraction @ u.reshape(-1, 3)
-    moved = corrected(Enrichment.of(unit, elasticity, supports, coarse, sector), scaled, own)
+    enrichment = Enrichment.of(unit, elasticity, supports, coarse, sector, cut.copies)
+    acting = [scaled, *np.zeros_like(cut.jumps)]
+    fields = [corrected(enrichment, *each) for each in zip(acting, fields, strict=True)]
+    amounts = cut.tightening(elasticity, fields, scaled, newtons)
+    moved = np.tensordot(amounts, fields, axes=1)
     radius = away * diagonal
     displacement = moved * diagonal
     singular = singular_places(spline, supports, faces, radius, sector)
@@ -117,8 +133,13 @@ def deform(
     energy = max(2 * stresses["strain_energy"], recovery.TINY)
     apart = float(distance_error(spline, gain)) * metre**3 / energy
     most = np.linalg.norm(recovery.samples(spline, displacement), axis=2).max()
+    forced = cut.resultants(nodal, stresses["stress"] * metre**2)
+    size = unit.extraction.shape[0]  # without the nodes in front of sections
+    for name in ("stress", "von_mises"):
+        stresses[name] = stresses[name][:size]
     return Deformation(
-        displacement=displacement,
+        displacement=displacement[:size],
+        sections=np.stack([[p.force for p in preloads], forced, amounts[1:] * diagonal], axis=1),
         supports=tuple(support.name for support in supports),
         reactions=constraints.reactions(residual),
         load=on_nodes.sum(axis=0),

@@ -81,6 +81,7 @@ class Deformation:
     poor : number of elements whose stress is ignored because of their bad shape
     stress_error : estimated error of the stress, relative, in the energy norm
     displacement_error : estimated error of the displacement, in the length unit of the part
+    sections : (P, 3) preload, resultant of the stress over its section, and tightening of each
     """
 
     displacement: np.ndarray
@@ -97,9 +98,11 @@ class Deformation:
     poor: int = 0
     stress_error: float | None = None
     displacement_error: float | None = None
+    sections: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
         freeze(self, displacement="B 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
+        freeze(self, sections="P 3")
 
 
 @dataclass(frozen=True, eq=False)

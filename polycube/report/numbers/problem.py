@@ -107,6 +107,9 @@ def _loads(problem: Problem) -> Iterator[tuple[object, str]]:
             yield None, f"Rotation of {number(problem.rotation.rpm)} rpm about {at}, {axis}"
         if problem.temperature:
             yield None, f"Temperature {problem.temperature} K above that without stress"
+        for preload in problem.preloads:
+            at, axis = _numbers(preload.point), _vector(preload.axis)
+            yield None, f"Preload of {number(preload.force)} N at {at}, {axis}"
     if isinstance(problem, Conduction):
         for flow in problem.flows:
             into = describe_place(flow.place)[0]

@@ -50,6 +50,10 @@ def _static(spline: Spline, found: Deformation) -> dict[str, object]:
             {"at": name, "force": force}
             for name, force in zip(found.supports, found.reactions.tolist(), strict=True)
         ],
+        "preloads": [
+            {"force": force, "section_force": resultant, "tightening": amount}
+            for force, resultant, amount in found.sections.tolist()
+        ],
         "strain_energy": found.strain_energy,
         "mass": found.mass,
     }

@@ -44,6 +44,7 @@ def test_a_mesh_without_names_gets_those_from_its_geometry(mesh, tmp_path):
         ({"rotation": {"axis": [0, 0, 1], "rpm": 10}}, "rotation"),
         ({"temperature": 20}, "temperature"),
         ({"cyclic": {"sectors": 6}}, "cyclic_symmetry"),
+        ({"preloads": [{"point": [0, 0, 0], "axis": [0, 0, 1], "force": 1}]}, "preloads"),
         ({"loads": [{"at": "x_max", "moment": [0, 0, 1]}]}, "varying_loads"),
     ],
 )

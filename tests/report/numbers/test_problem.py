@@ -57,6 +57,13 @@ def test_a_sector_is_described(mesh):
     assert found == {"words": words, "quads": None, "area": None}
 
 
+def test_a_preload_is_described(mesh):
+    bolt = {"point": [2, 1, 0.5], "axis": [1, 0, 0], "force": 1e4}
+    [found] = described(mesh, plugin="static", fixed=["x_min", "x_max"], preloads=[bolt])["loads"]
+    words = "Preload of 10000 N at (2, 1, 0.5), in direction +x"
+    assert found == {"words": words, "quads": None, "area": None}
+
+
 def test_a_supported_edge_has_no_area(mesh):
     edge = {"at": {"edge": ["x_min", "z_min"]}, "components": ["z"]}
     [found] = described(mesh, plugin="modal", fixed=[edge])["supports"]

@@ -125,6 +125,21 @@ def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
     assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and formatting.tiles({}) == {}
 
 
+def test_preloads_are_in_the_report_and_on_the_page(bar, pulled):
+    bolt = {"point": [1.5, 0.5, 0.5], "axis": [1, 0, 0], "force": 2100.0}
+    ends = [{"at": place, "components": place[0]} for place in ("x_min", "x_max", "y_min", "z_min")]
+    found = build("analysis", {"plugin": "static", "fixed": ends, "preloads": [bolt]})(bar)
+    [row] = solutions.numbers(bar, found)["static"]["preloads"]
+    assert row == {
+        "force": 2100.0,
+        "section_force": pytest.approx(2100.0),
+        "tightening": pytest.approx(0.04),
+    }
+    text, _ = page_of(bar, found)
+    assert "<td>1</td><td>2100</td><td>2100</td><td>0.04</td>" in text
+    assert "Preloads" not in page_of(bar, pulled)[0]
+
+
 def test_scenes_move_and_colour_the_solid(bar, pulled, warm):
     (layer,) = fields.deformed(bar, pulled)
     still = tessellate(bar).points @ (bar.extraction @ bar.control)

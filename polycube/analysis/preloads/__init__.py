@@ -1,0 +1,1 @@
+"""Preloads, such as those of bolts."""
