@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
 from polycube.diffusion.pairs.deformation import Deformation
 from polycube.registry import register
+from polycube.types.options import Options, Share, limits
 
 if TYPE_CHECKING:
     from polycube.diffusion.pairs.any_structure import LatticePairs
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 Grid = Sequence[int] | None  # none for arbitrary structures
 Primitives = Mapping[str, np.ndarray]  # name -> (3, 3, 3) bool
 
-TYPES = ("all", "published")
+Types = Literal["all", "published"]
 
 
 def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
@@ -37,11 +38,6 @@ def published(grid: Sequence[int], primitives: Primitives) -> list[Context]:
     return single if n_cells == 1 else [*single, (next(iter(primitives)),) * n_cells]
 
 
-def _check_types(types: str) -> None:
-    if types not in TYPES:
-        raise ValueError(f"types must be {' or '.join(TYPES)}; got {types!r}")
-
-
 def _contexts(types: str, grid: Sequence[int], primitives: Primitives) -> list[Context]:
     from polycube.diffusion.pairs.templates import contexts
 
@@ -50,7 +46,7 @@ def _contexts(types: str, grid: Sequence[int], primitives: Primitives) -> list[C
 
 @register("data", "paired")
 @dataclass(frozen=True)
-class Paired(Deformation):
+class Paired(Options, Deformation):
     """Polycubes of all contexts of the grid, deformed into shapes that resemble real parts.
 
     With grid=any, the polycubes are random lattices (`polycube/diffusion/pairs/any_structure.py`).
@@ -64,15 +60,15 @@ class Paired(Deformation):
         features and are deformed
     """
 
-    types: str = "all"
-    cad: float = 0.6
-    organic: float = 0.2
+    types: Types = "all"
+    cad: Share = 0.6
+    organic: Share = 0.2
 
     pads = False  # the geometry fills the whole image, for any context
 
     def __post_init__(self) -> None:
-        _check_types(self.types)
-        if not (0 <= self.cad and 0 <= self.organic and self.cad + self.organic <= 1):
+        super().__post_init__()
+        if self.cad + self.organic > 1:
             shares = f"{self.cad}, {self.organic}"
             raise ValueError(f"cad and organic must be shares, together at most 1; got {shares}")
 
@@ -91,7 +87,7 @@ class Paired(Deformation):
 
 @register("data", "paper")
 @dataclass(frozen=True)
-class Published:
+class Published(Options):
     """Published data: primitives as meshes of fixed vertices, and the same meshes rounded.
 
     Vertex i of the geometry belongs to vertex i of the polycube, and both are in the same frame. A
@@ -103,16 +99,11 @@ class Published:
     rounding : smoothing of the geometries; 3 is close to the published ones
     """
 
-    types: str = "published"
-    rounding: float = 3.0
+    types: Types = "published"
+    rounding: Annotated[float, limits(0)] = 3.0
 
     pads = True
     fixed = True
-
-    def __post_init__(self) -> None:
-        _check_types(self.types)
-        if not self.rounding >= 0:
-            raise ValueError(f"rounding must not be negative; got {self.rounding}")
 
     def __call__(self, grid: Grid, primitives: Primitives, seed: int) -> MeshPairs:
         """The stream; the pairs of a context are all equal."""

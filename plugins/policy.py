@@ -5,10 +5,11 @@ Imports `polycube` only.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from polycube.kinds import Expected, Policy
 from polycube.registry import build, choice, register, setting
+from polycube.types.options import Options
 
 # smallest expected gain for each unit of work, by effort
 PRICE = {"first": float("inf"), "normal": 0.008, "thorough": 0.0008}
@@ -22,7 +23,7 @@ LARGE = 10.0  # expected work of a large move
 
 @register("policy", "best_gain")
 @dataclass(frozen=True)
-class BestGain(Policy):
+class BestGain(Options, Policy):
     """The move with the largest expected gain for its work, while it is worth its price.
 
     While there is no mesh, every move is worth its price. After a valid mesh, the price rises with
@@ -36,12 +37,8 @@ class BestGain(Policy):
     estimate : what a move gains, and what it costs
     """
 
-    effort: str = setting("effort", "normal")
+    effort: Literal["first", "normal", "thorough"] = setting("effort", "normal")
     estimate: Mapping[str, object] = choice("estimate", "rules")
-
-    def __post_init__(self) -> None:
-        if self.effort not in PRICE:
-            raise ValueError(f"effort must be {', '.join(PRICE)}; got {self.effort!r}")
 
     def __call__(
         self, history: Any, possible: Callable[[], Sequence[Any]]

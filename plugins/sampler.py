@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from polycube.registry import register
+from polycube.types.options import Count, Options, Share
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 @register("sampler", "ddpm")
 @dataclass(frozen=True)
-class Ddpm:
+class Ddpm(Options):
     """Algorithm 2 of the paper: all T steps, with new noise in each.
 
     x_{t-1} = mu'_t + sigma_t z.  sigma_t^2 is s^2 beta_t, as in Algorithm 2, exact if x_0 is noise
@@ -30,12 +31,8 @@ class Ddpm:
     noise : factor of the standard deviation sigma_t; 0: no noise, which gives the mean
     """
 
-    variance: str = "beta"
+    variance: Literal["beta", "posterior"] = "beta"
     noise: float = 1.0
-
-    def __post_init__(self) -> None:
-        if self.variance not in ("beta", "posterior"):
-            raise ValueError(f"variance must be beta or posterior; got {self.variance!r}")
 
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator
@@ -66,7 +63,7 @@ class Ddpm:
 
 @register("sampler", "ddim")
 @dataclass(frozen=True)
-class Ddim:
+class Ddim(Options):
     """DDIM: a few steps; without noise the result is the mean instead of a random sample.
 
     Recorded states between two steps are interpolated by the forward process. The noise follows
@@ -80,14 +77,8 @@ class Ddim:
     noise : factor of the standard deviation of the new noise in each step, 0 to 1; 0: no noise
     """
 
-    steps: int = 1
-    noise: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.steps < 1:
-            raise ValueError(f"steps must be at least 1; got {self.steps}")
-        if not 0 <= self.noise <= 1:
-            raise ValueError(f"noise must lie between 0 and 1; got {self.noise}")
+    steps: Count = 1
+    noise: Share = 0.0
 
     def __call__(
         self, predict: Predict, x_T: Tensor, process: DiffusionProcess, generator: Generator

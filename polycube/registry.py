@@ -18,12 +18,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, field, fields, replace
 from functools import cache
 from importlib.metadata import entry_points
-from numbers import Integral, Real
 from types import ModuleType
 from typing import Any
 
 from polycube.errors import BadOption, UnknownPlugin
 from polycube.kinds import KINDS
+from polycube.types.options import check_options
 
 GROUP = "polycube.plugins"  # entry-point group, and import name of `plugins/`
 
@@ -31,12 +31,6 @@ REQUIRED = "???"  # value of an option without a default
 # options provided by the run, not by the configuration
 PROVIDED = {"structure": ("grid", "primitives")}
 BY_RUN = {"given": "by the run"}  # metadata of a field that `provide` fills in
-PLAIN = {  # checked annotations: permitted types, and their description in messages
-    "bool": (bool, "true or false"),
-    "int": (Integral, "a whole number"),
-    "float": (Real, "a number"),
-    "str": (str, "a word"),
-}
 
 _classes: dict[tuple[str, str], type] = {}
 _broken: dict[str, Exception] = {}  # error of each entry point that could not be imported
@@ -162,23 +156,13 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     except TypeError as error:
         raise BadOption(f"{kind}={name}: {error}; it takes {inspect.signature(cls)}") from None
     try:
-        _check_types(cls, values)
+        for option, value in values.items():
+            if isinstance(value, str) and value == REQUIRED:
+                raise TypeError(f"{option} must be given")
+        check_options(cls, values)
         return cls(**values)
     except (TypeError, ValueError) as error:
         raise BadOption(f"{kind}={name}: {error}") from error
-
-
-def _check_types(cls: type, values: Mapping[str, object]) -> None:
-    """Raise TypeError for an option of a plain type with a value of another type."""
-    # an annotation is a string if its module postpones annotations
-    types = {each.name: getattr(each.type, "__name__", each.type) for each in fields(cls)}
-    for name, value in values.items():
-        if isinstance(value, str) and value == REQUIRED:
-            raise TypeError(f"{name} must be given")
-        admitted, description = PLAIN.get(str(types.get(name)), (object, ""))
-        is_truth = isinstance(value, bool) and admitted in (Integral, Real)  # numbers in Python
-        if is_truth or not isinstance(value, admitted):
-            raise TypeError(f"{name} must be {description}; got {value!r}")
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
 from polycube.types import Goal, HexMesh, TriMesh, Verdict
+from polycube.types.options import Options
 
 from . import sentences
 
 if TYPE_CHECKING:
     from polycube.hexmesh.inspection import Inspection
 
-CERTIFY = ("everywhere", "corners")
 DOUBLED = 0.01  # scaled Jacobian that twice as many hexes must gain
 SOME_LOST = 0.4  # shortfall of lost features, whatever their number
 # more for their weighted share: at most the first, half of it for the second
@@ -30,7 +30,7 @@ MISSED = 0.02  # shortfall of a scaled Jacobian that is just below the wanted on
 
 @register("acceptance", "standard")
 @dataclass(frozen=True)
-class Standard(Goal, Acceptance):
+class Standard(Options, Goal, Acceptance):
     """Compare meshes by validity, then by how far they are from the goal, then by the worst hex.
 
     A mesh that is not valid is worst if it has inverted hexes, then if it crosses itself. The
@@ -51,19 +51,12 @@ class Standard(Goal, Acceptance):
     at, deviation, creases : wishes, as in `meshing`
     """
 
-    certify: str = CERTIFY[0]
+    certify: Literal["everywhere", "corners"] = "everywhere"
     at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
-    deviation: float | str | None = setting("meshing.deviation", MeshingSettings.deviation)
-    creases: float | str | None = setting("meshing.creases", MeshingSettings.creases)
-
-    def __post_init__(self) -> None:
-        if self.certify not in CERTIFY:
-            raise ValueError(f"certify must be {' or '.join(CERTIFY)}; got {self.certify!r}")
-        for name in ("creases", "deviation"):
-            if getattr(self, name) not in (None, "auto"):
-                sizing.check_length(name, getattr(self, name))
-        if not 0 <= self.least_jacobian <= 1:
-            raise ValueError(f"least_jacobian must be from 0 to 1; got {self.least_jacobian}")
+    deviation: sizing.Length | None = setting("meshing.deviation", MeshingSettings.deviation)
+    creases: sizing.Length | Literal["auto"] | None = setting(
+        "meshing.creases", MeshingSettings.creases
+    )
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from polycube.spline.second_order import HexElements
 
 NAME = 127  # longest name
-VERSIONS = ("2.2", "4.1")
 KINDS = {8: (3, 5), 20: (16, 17), 27: (10, 12)}  # element types of quads and hexahedra
 # order of the nodes of a hexahedron; edges and faces differ from VTK
 EDGES = np.array([0, 3, 8, 1, 9, 2, 10, 11, 4, 7, 5, 6]) + 8
@@ -37,12 +36,7 @@ class Gmsh(WithNodes, TextFormat):
         the first set of a quad, the grid cell of a hex
     """
 
-    version: str | float = "4.1"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if str(self.version) not in VERSIONS:
-            raise ValueError(f"version must be {' or '.join(VERSIONS)}; got {self.version!r}")
+    version: Literal["2.2", "4.1"] = "4.1"
 
     suffix: ClassVar[str] = ".msh"
 
@@ -51,7 +45,7 @@ class Gmsh(WithNodes, TextFormat):
         own = self.elements(hexes)
         hexes = renamed(hexes, NAME, ascii_only=False)
         comment = f"$Comments\n{legend(hexes).replace('$', 'S')}$EndComments\n"
-        is_simple = str(self.version) == VERSIONS[0]
+        is_simple = str(self.version) == "2.2"
         parts = _in_one_group(hexes, own) if is_simple else _in_all_groups(hexes, own)
         return [f"$MeshFormat\n{self.version} 0 8\n$EndMeshFormat\n{comment}", *parts]
 

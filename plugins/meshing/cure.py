@@ -1,17 +1,17 @@
 """Local improvement of poor hexes."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.hexmesh.settings import Features, MeshingSettings, features_of
 from polycube.registry import register, setting
 from polycube.types import Goal, HexMesh, TriMesh
-from polycube.types.checks import check_number
+from polycube.types.options import Options, Share, limits
 
 
 @register("meshing/cure", "sheets")
 @dataclass(frozen=True)
-class Sheets:
+class Sheets(Options):
     """Improve poor hexes locally: insert sheets of hexes, and fit the neighbourhood again.
 
     It is used for exact features only; other meshes are unchanged, as are meshes that cross
@@ -29,18 +29,10 @@ class Sheets:
 
     references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing", "hu2020wild")
 
-    aim: float = Goal.weak_jacobian
-    further: float = 0.55
-    envelope: float = 0.002
-    features: str = setting("meshing.features", MeshingSettings.features)
-
-    def __post_init__(self) -> None:
-        from polycube.hexmesh.feature_distances import TOLERANCE
-
-        check_features(self.features)
-        for name in ("aim", "further"):
-            check_number(name, getattr(self, name), 0, 1)
-        check_number("envelope", self.envelope, 0, TOLERANCE)
+    aim: Share = Goal.weak_jacobian
+    further: Share = 0.55
+    envelope: Annotated[float, limits(0, Goal.features)] = 0.002
+    features: Features = setting("meshing.features", MeshingSettings.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh with fewer poor hexes; the same object if there is no improvement."""

@@ -2,19 +2,20 @@
 
 import logging
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from polycube.registry import register
 from polycube.types import Labels, Parametrization, Polycube, RoughMap, TriMesh
+from polycube.types.options import Options, Positive, limits
 
 logger = logging.getLogger(__name__)
 
 
 @register("meshing/map", "harmonic")
 @dataclass(frozen=True)
-class Harmonic:
+class Harmonic(Options):
     """Flatten patches of the surface onto polycube faces, with a harmonic map inside.
 
     The weights are cotangents. If triangles flip, mean-value weights are used, and patches are cut
@@ -28,14 +29,8 @@ class Harmonic:
 
     references: ClassVar[tuple[str, ...]] = ("floater1997parametrization", "floater2003mean")
 
-    level: int = 3
-    longest: float = 0.02
-
-    def __post_init__(self) -> None:
-        if self.level < 0:
-            raise ValueError(f"level must be 0 or more; got {self.level}")
-        if self.longest <= 0:
-            raise ValueError(f"longest must be positive; got {self.longest}")
+    level: Annotated[int, limits(0)] = 3
+    longest: Positive = 0.02
 
     def __call__(
         self,

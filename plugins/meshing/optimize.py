@@ -3,14 +3,15 @@
 from dataclasses import dataclass
 from functools import partial
 
-from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.hexmesh.settings import Features, MeshingSettings, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
+from polycube.types.options import Options
 
 
 @register("meshing/optimize", "polish")
 @dataclass(frozen=True)
-class Polish:
+class Polish(Options):
     """Raise the smallest scaled Jacobian, with the boundary on the surface.
 
     The objective is a soft minimum of the scaled Jacobian; the best mesh of all rounds is kept.
@@ -30,7 +31,7 @@ class Polish:
     samples : number of points of the surface that are matched with the mesh
     """
 
-    features: str = setting("meshing.features", MeshingSettings.features)
+    features: Features = setting("meshing.features", MeshingSettings.features)
     hold: bool = False
     free_below: float = 0.5
     release: bool = False
@@ -39,9 +40,6 @@ class Polish:
     local_rounds: int = 40
     crease_rounds: int = 12
     samples: int = 2500
-
-    def __post_init__(self) -> None:
-        check_features(self.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes with improved positions; the score never decreases.

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.hexmesh.settings import Features, MeshingSettings, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
+from polycube.types.options import Options
 
 if TYPE_CHECKING:
     from polycube.surface.fit_target import Target
-
-PATCHES = ("auto", "all", "none")
-SHEETS = ("polycube", "all", "none")
 
 
 WEIGHT, SLACK = (3.0, 20.0), (0.1, 0.05)  # of the springs, in the first round and in the last
@@ -23,7 +21,7 @@ WEIGHT, SLACK = (3.0, 20.0), (0.1, 0.05)  # of the springs, in the first round a
 
 @register("meshing/pillow", "selective")
 @dataclass(frozen=True)
-class Selective:
+class Selective(Options):
     """Add a layer of hexes under chosen patches of the boundary.
 
     Parameters
@@ -41,20 +39,13 @@ class Selective:
 
     references: ClassVar[tuple[str, ...]] = ("mitchell1995pillowing",)
 
-    patches: str = "auto"
-    sheets: str = "polycube"
+    patches: Literal["auto", "all", "none"] = "auto"
+    sheets: Literal["polycube", "all", "none"] = "polycube"
     sharp: float = 0.6
     depth: float = 0.5
     rounds: int = 10
     iterations: int = 25
-    features: str = setting("meshing.features", MeshingSettings.features)
-
-    def __post_init__(self) -> None:
-        check_features(self.features)
-        if self.patches not in PATCHES:
-            raise ValueError(f"patches must be {', '.join(PATCHES)}; got {self.patches!r}")
-        if self.sheets not in SHEETS:
-            raise ValueError(f"sheets must be {', '.join(SHEETS)}; got {self.sheets!r}")
+    features: Features = setting("meshing.features", MeshingSettings.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh if no patch needs one."""

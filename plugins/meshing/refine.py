@@ -2,19 +2,20 @@
 
 import logging
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 from polycube.hexmesh.generation import sizing
-from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.hexmesh.settings import Features, MeshingSettings, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
-from polycube.types.checks import check_number
+from polycube.types.options import Count, Options, limits
 
 logger = logging.getLogger(__name__)
 
 
 @register("meshing/refine", "split")
 @dataclass(frozen=True)
-class Split:
+class Split(Options):
     """Split every hex in eight and bring the new boundary onto the surface.
 
     Where a refinement is not possible, the mesh has a warning and the best mesh is kept.
@@ -29,11 +30,11 @@ class Split:
     max_hexes : largest number of hexes; the mesh is not refined if that needs more
     """
 
-    times: int = 0
-    deviation: float | str | None = setting("meshing.deviation", MeshingSettings.deviation)
-    most: int = 2
-    features: str = setting("meshing.features", MeshingSettings.features)
-    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    times: Annotated[int, limits(0)] = 0
+    deviation: sizing.Length | None = setting("meshing.deviation", MeshingSettings.deviation)
+    most: Annotated[int, limits(0)] = 2
+    features: Features = setting("meshing.features", MeshingSettings.features)
+    max_hexes: Count = setting("meshing.max_hexes", MeshingSettings.max_hexes)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The refined mesh, or the given one if no refinement is requested or none is good."""
@@ -78,11 +79,3 @@ class Split:
                 )
             logger.info("refine: deviation %.2f %%, limit %.2f %%", 100 * reached, 100 * wanted)
         return f"refinement {done + 1} of {self.times} is requested" if done < self.times else ""
-
-    def __post_init__(self) -> None:
-        check_features(self.features)
-        for name in ("times", "most"):
-            check_number(name, getattr(self, name), 0, whole=True)
-        check_number("max_hexes", self.max_hexes, 1, whole=True)
-        if self.deviation is not None:
-            sizing.check_length("deviation", self.deviation)

@@ -7,6 +7,7 @@ import numpy as np
 
 from polycube.registry import register
 from polycube.types import Labels, Parametrization, Polycube, TriMesh
+from polycube.types.options import Options, Positive
 
 
 @register("meshing/segment", "nearest")
@@ -34,7 +35,7 @@ class Nearest:
 
 @register("meshing/segment", "drawn")
 @dataclass(frozen=True)
-class Drawn:
+class Drawn(Options):
     """Draw the edges of the polycube on the surface, and label the regions between them.
 
     Raises MeshingError with a polycube face if the regions do not correspond to the faces.
@@ -50,11 +51,7 @@ class Drawn:
 
     alpha: float = 0.3
     rounds: int = 5
-    longest: float = 0.02
-
-    def __post_init__(self) -> None:
-        if self.longest <= 0:
-            raise ValueError(f"longest must be positive; got {self.longest}")
+    longest: Positive = 0.02
 
     def __call__(
         self, surface: TriMesh, polycube: Polycube, parametrization: Parametrization

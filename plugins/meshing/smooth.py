@@ -3,9 +3,10 @@
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from polycube.hexmesh.settings import MeshingSettings, check_features, features_of
+from polycube.hexmesh.settings import Features, MeshingSettings, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
+from polycube.types.options import Options
 
 QUICK = 15, 1500  # iterations and samples of the first rounds
 # weight of the springs and of the normals after the first rounds
@@ -14,7 +15,7 @@ ALPHA, WEIGHT, SLACK = (0.07, 0.04), (3.0, 20.0), (0.2, 0.05)
 
 @register("meshing/smooth", "register")
 @dataclass(frozen=True)
-class Register:
+class Register(Options):
     """Untangle the mesh, keep its shape and fit it to the surface.
 
     Descent of a foldover-free energy with springs between mesh and surface in both directions. A
@@ -41,10 +42,7 @@ class Register:
     iterations: int = 25
     samples: int = 2500
     coverage: float = 0.5
-    features: str = setting("meshing.features", MeshingSettings.features)
-
-    def __post_init__(self) -> None:
-        check_features(self.features)
+    features: Features = setting("meshing.features", MeshingSettings.features)
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, close to the surface; at their places if `rounds` is 0."""

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
+from polycube.types.options import Count, Options, Positive, limits
 
 if TYPE_CHECKING:
     from polycube.hexmesh.generation.interval_counts import Lattice
@@ -29,7 +30,7 @@ DEEPEST = 10  # octree level: about a thousand parts of every interval
 
 @register("meshing/subdivide", "template")
 @dataclass(frozen=True)
-class Template:
+class Template(Options):
     """Cut every interval of the polycube's lattice into equal parts.
 
     Fine hexes are placed by a cascade of coarser ones that were registered first.
@@ -60,22 +61,30 @@ class Template:
     around_hole : smallest number of edges round every hole, before layers under the boundary
     """
 
-    size: float | str = setting("meshing.size", settings.MeshingSettings.size)
-    level: int | None = setting("meshing.level", settings.MeshingSettings.level)
+    size: sizing.Length = setting("meshing.size", settings.MeshingSettings.size)
+    level: Annotated[int, limits(0, DEEPEST)] | None = setting(
+        "meshing.level", settings.MeshingSettings.level
+    )
     regions: Sequence[object] = setting("meshing.regions", settings.MeshingSettings.regions)
-    curvature: float | str | None = setting("meshing.curvature", settings.MeshingSettings.curvature)
-    finer: float = 1.0
-    coarse: float | str = "5%"
-    least: int = 2
-    across: int = 4
-    max_hexes: int = setting("meshing.max_hexes", settings.MeshingSettings.max_hexes)
+    curvature: sizing.Length | Literal["auto"] | None = setting(
+        "meshing.curvature", settings.MeshingSettings.curvature
+    )
+    finer: Positive = 1.0
+    coarse: sizing.Length = "5%"
+    least: Count = 2
+    across: Count = 4
+    max_hexes: Count = setting("meshing.max_hexes", settings.MeshingSettings.max_hexes)
     at: Sequence[object] = setting("meshing.at", settings.MeshingSettings.at)
     more: Sequence[int] = ()
-    creases: float | str | None = None
-    features: str = setting("meshing.features", settings.MeshingSettings.features)
+    creases: sizing.Length | None = None
+    features: settings.Features = setting("meshing.features", settings.MeshingSettings.features)
     coarsen: bool = False
-    across_wall: float = setting("meshing.across_wall", settings.MeshingSettings.across_wall)
-    around_hole: float | str = setting("meshing.around_hole", settings.MeshingSettings.around_hole)
+    across_wall: settings.AcrossWall = setting(
+        "meshing.across_wall", settings.MeshingSettings.across_wall
+    )
+    around_hole: settings.AroundHole = setting(
+        "meshing.around_hole", settings.MeshingSettings.around_hole
+    )
 
     def __call__(
         self,
@@ -229,20 +238,7 @@ class Template:
         sizing.check_number(number, self.max_hexes, request, size, number_at, bool(self.regions))
 
     def __post_init__(self) -> None:
-        settings.check_features(self.features)
-        # values that are not lengths
-        other_values = {"curvature": (None, "auto"), "creases": (None,)}
-        for name in ("size", "coarse", "curvature", "creases"):
-            if getattr(self, name) not in other_values.get(name, ()):
-                sizing.check_length(name, getattr(self, name))
-        for name in ("finer", "least", "across", "max_hexes"):
-            if getattr(self, name) <= 0:
-                raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
-        level = self.level
-        if level is not None and (type(level) is not int or not 0 <= level <= DEEPEST):
-            raise ValueError(
-                f"level must be null or a whole number from 0 to {DEEPEST}; got {level!r}"
-            )
+        super().__post_init__()
         if not isinstance(self.regions, (list, tuple)):
             raise ValueError(f"regions must be a list; got {self.regions!r}")
         for region in self.regions:

@@ -24,7 +24,7 @@ from polycube.errors import InputError
 from polycube.io import manifest
 from polycube.pipeline.primitives import voxels
 from polycube.types import Json
-from polycube.types.checks import check_number
+from polycube.types.options import Count, condition, require
 
 logger = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ WITHOUT_GRID = {
 def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
     """Evaluate all weights, write `folder`/evaluation.json and curves, and return the content."""
     for name in ("pairs", "batch_size"):
-        check_number(name, cfg[name], 1, whole=True)
+        require(name, condition(Count), cfg[name])
     cfg = {**cfg, "slabs": _slabs(cfg["slabs"])}
     manifest.check(folder, [RESULT], remedy=OTHER_FOLDER)
     paths = cfg["weights"] if isinstance(cfg["weights"], list) else [cfg["weights"]]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -15,11 +15,11 @@ from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.point_network import ContextClassifier
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.types import Frame
+from polycube.types.options import Options
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the recorded states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
 
-TARGETS = ("x0", "noise", "v", "move")
 # images classified at once: their features fit into the cache, which halves the time of 72 images
 CLASSIFIER_BATCH = 8
 
@@ -40,11 +40,13 @@ def _reproducible() -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class DenoiserOptions:
+class DenoiserOptions(Options):
     """Inputs and outputs of a network; the network of the paper has no additional ones."""
 
+    group = "denoiser."
+
     # output of the network: x0, noise, v, or the displacement from geometry to x0
-    target: str = "x0"
+    target: Literal["x0", "noise", "v", "move"] = "x0"
     geometry_channels: bool = True  # points of the geometry as three channels in addition to x_t
     normals: bool = True  # its unit normals as three more channels
     labels: bool = True  # also predict the polycube face of each point: axis, cell, wall
@@ -52,11 +54,6 @@ class DenoiserOptions:
     noise_scale: float = 0.25  # s, in units of the learning frame; 1 in the paper
     # as published: a geometry fills the box of its cells, and the pixels of empty cells are zeros
     pads: bool = False
-
-    def __post_init__(self) -> None:
-        if self.target not in TARGETS:
-            what = f"denoiser.target must be one of {', '.join(TARGETS)}; got {self.target}"
-            raise ValueError(what)
 
 
 @dataclass(frozen=True, eq=False)

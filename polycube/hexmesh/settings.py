@@ -2,13 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from polycube.types import TriMesh
+from polycube.types.options import limits
 
 MOST_HEXES = 100  # largest number through a wall or around a hole
 FEW_AROUND, MOST_AROUND = 8, 12  # edges round a hole
 SHORTEST = 3  # hex edges round a hole are at least as long as the size divided by this
-FEATURES = ("auto", "exact", "soft", "off")
+Features = Literal["auto", "exact", "soft", "off"]
+AcrossWall = Annotated[float, limits(1, MOST_HEXES)]
+AroundHole = AcrossWall | Literal["auto"]
 
 
 @dataclass(frozen=True)
@@ -51,18 +55,9 @@ class MeshingSettings:
     deviation: float | str | None = None
     max_hexes: int = 100_000
     at: Sequence[object] = ()
-    across_wall: float = 2
-    around_hole: float | str = "auto"
-    features: str = "auto"
-
-    def __post_init__(self) -> None:
-        check_features(self.features)
-        for name in ("across_wall", "around_hole"):
-            value = getattr(self, name)
-            if name == "around_hole" and value == "auto":
-                continue
-            if isinstance(value, str) or not 1 <= value <= MOST_HEXES:
-                raise ValueError(f"{name} must be a number from 1 to {MOST_HEXES}; got {value}")
+    across_wall: AcrossWall = 2
+    around_hole: AroundHole = "auto"
+    features: Features = "auto"
 
 
 def edges_around(wanted: float | str, length: float, size: float) -> float:
@@ -93,12 +88,6 @@ def creases_of(value: float | str | None, surface: TriMesh) -> float | str | Non
     if value != "auto":
         return value
     return None if len(surface.region) else "0.1%"
-
-
-def check_features(value: str) -> None:
-    """Raise ValueError for an invalid value of `features`."""
-    if value not in FEATURES:
-        raise ValueError(f"features must be {', '.join(FEATURES)}; got {value!r}")
 
 
 def features_of(value: str, surface: TriMesh) -> str:

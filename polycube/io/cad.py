@@ -4,14 +4,13 @@ Gmsh tessellates in a separate process. Here it is checked that no volume is los
 surface is closed is checked later as for any surface.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import re
 from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -26,7 +25,8 @@ from polycube.io.tessellation.threads import without_threads
 from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
-from polycube.types.checks import check_choice, check_number, options_of
+from polycube.types.checks import options_of
+from polycube.types.options import Count, Options, limits
 from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
@@ -35,9 +35,7 @@ BREP = ".brep"
 SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
-GROUPS = ("name", "colour", "layer", "none")
-THREADS = ("absorb", "keep")
-INTERFACES = CONFORM, TIE, SEPARATE = "conform", "tie", "separate"
+CONFORM, SEPARATE = "conform", "separate"
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 EFFORT = 4  # the time limit for the removal of features, as a multiple of that of reading
 FEWER = "remove fewer, such as only the smaller ones"
@@ -46,15 +44,18 @@ INSTALL = "pip install 'polycube[cad]'"
 
 
 @dataclass(frozen=True)
-class Cad:
+class Cad(Options):
     """Options for reading CAD files."""
 
-    solid: int | None = None  # number of the solid to read from a file with several, from 1
-    segments: int = SEGMENTS  # triangle edges on a full turn of a round face
-    groups: str = "name"  # what names and groups the faces, one of GROUPS
+    group = "cad."
+
+    solid: Count | None = None  # number of the solid to read from a file with several, from 1
+    segments: Annotated[int, limits(6)] = SEGMENTS  # triangle edges on a full turn of a round face
+    groups: Literal["name", "colour", "layer", "none"] = "name"  # what names and groups the faces
     units: str | None = None  # length unit of the coordinates in the rest of the run
-    threads: str = "absorb"  # whether screw threads become cylinders, one of THREADS
-    interfaces: str = CONFORM  # how the meshes of touching solids are joined, one of INTERFACES
+    threads: Literal["absorb", "keep"] = "absorb"  # whether screw threads become cylinders
+    # how the meshes of touching solids are joined
+    interfaces: Literal["conform", "tie", "separate"] = CONFORM
     materials: object = None  # of several solids, for the command line only
     remove: Remove = field(default_factory=Remove)  # features that are removed from the solid
 
@@ -66,12 +67,7 @@ class Cad:
         if self.materials is not None:
             what = "materials by solid are for cad.solid=all and a file with several solids"
             raise InputError(what, "cad.materials", "give analysis.material")
-        if self.solid is not None:
-            check_number("cad.solid", self.solid, 1, whole=True, other="all")
-        check_number("cad.segments", self.segments, 6, whole=True)
-        check_choice("cad.groups", self.groups, GROUPS)
-        check_choice("cad.threads", self.threads, THREADS)
-        check_choice("cad.interfaces", self.interfaces, INTERFACES)
+        super().__post_init__()
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
@@ -131,9 +127,7 @@ def _regions(
 
     Cleaning may have dropped and reoriented triangles, so their centres are compared.
 
-    Parameters
-    ----------
-    by : what names the faces, one of `GROUPS`
+    by : what names the faces, as `cad.groups`
     factor : length from Gmsh that is one unit of the surface
     """
     middles = found["vertices"][found["faces"]].mean(axis=1) / factor

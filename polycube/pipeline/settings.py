@@ -6,25 +6,21 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from polycube.errors import InputError
 from polycube.io.cad import SUFFIXES, Cad
 from polycube.io.removal.options import Remove
 from polycube.surface.clouds.options import Points
 from polycube.surface.repair.repair import LEVELS
-from polycube.types.checks import check_choice, is_number, is_whole
+from polycube.types.checks import is_number, is_whole
+from polycube.types.options import Options
 from polycube.units import AUTO, resolved
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 GROUPS = ("Cad", "Points", "Files", "Node", "Mapping[str, Node]")  # types of groups
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
-CHOICES = {
-    "bext": ("auto", "1", "2", "both"),
-    "cells": ("auto", "lagrange", "corners"),
-    "precision": ("single", "double"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,22 +144,13 @@ def _order(composed: Node) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Files:
-    """Contents of the files of the spline and the solution.
+class Files(Options):
+    """Contents of the files of the spline and the solution."""
 
-    Raises
-    ------
-    InputError
-        If a value is not one of `CHOICES`.
-    """
-
-    bext: str | int = "auto"  # versions of BEXT
-    cells: str = "auto"  # cells in the files of the solution
-    precision: str = "single"  # precision of the fields in these files
-
-    def __post_init__(self) -> None:
-        for name, choices in CHOICES.items():
-            check_choice(f"files.{name}", getattr(self, name), choices)
+    group = "files."
+    bext: Literal["auto", 1, 2, "both"] = "auto"  # versions of BEXT
+    cells: Literal["auto", "lagrange", "corners"] = "auto"  # cells in the files of the solution
+    precision: Literal["single", "double"] = "single"  # precision of the fields in these files
 
     def bext_versions(self, elements: int) -> tuple[int, ...]:
         """Versions of BEXT in which a spline with a number of elements is written, ascending."""

@@ -1,12 +1,13 @@
 """Options of the fit of a spline to a surface."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from polycube.types.checks import check_number, is_number
+from polycube.types.options import Options, limits
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Options):
     """Options of the fit of a spline to the surface.
 
     Parameters
@@ -16,14 +17,7 @@ class Fit:
     rounds : largest number of rounds that raise elements below the floor
     """
 
-    iterations: int = 6
-    floor: float = 0.1
-    rounds: int = 3
-
-    def __post_init__(self) -> None:
-        check_number("fit.iterations", self.iterations, 0, whole=True)
-        check_number("fit.rounds", self.rounds, 0, whole=True)
-        if not is_number(self.floor):
-            raise ValueError(f"fit.floor must be a number; got {self.floor!r}")
-        if not 0 < self.floor < 1:
-            raise ValueError(f"fit.floor must lie in (0, 1); got {self.floor}")
+    group = "fit."
+    iterations: Annotated[int, limits(0)] = 6
+    floor: Annotated[float, limits(0, 1, is_open=True)] = 0.1
+    rounds: Annotated[int, limits(0)] = 3

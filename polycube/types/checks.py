@@ -1,14 +1,11 @@
-"""Checks of options, and of array shapes and types in the constructors of the data types."""
+"""Checks of array shapes and types in the constructors of the data types."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
-from math import inf
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
 import numpy as np
-
-from polycube.errors import InputError
 
 Json = Mapping[str, Any]  # a document, as in JSON and YAML: its values are of every kind
 Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
@@ -26,28 +23,6 @@ def is_number(value: object) -> bool:
 def is_whole(value: object, least: int) -> bool:
     """Whether the value is a whole number that is not too small, and not a boolean."""
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
-
-
-def check_number(
-    name: str, value: Any, least: float, most: float = inf, whole: bool = False, other: str = ""
-) -> None:
-    """Raise InputError unless the value is a number from `least` to `most`, and not a boolean.
-
-    whole : whether it must be a whole number
-    other : another possible value, for the message
-    """
-    is_valid = isinstance(value, Integral) if whole else isinstance(value, Real)
-    if not is_valid or isinstance(value, bool) or not least <= value <= most:
-        kind = "whole number" if whole else "number"
-        limits = f"{least:g} or more" if most == inf else f"{least:g} to {most:g}"
-        also = f", or {other}" if other else ""
-        raise InputError(f"{name} must be a {kind}, {limits}{also}; got {value!r}")
-
-
-def check_choice(name: str, value: object, choices: Sequence[str]) -> None:
-    """Raise InputError unless the value is one of the choices."""
-    if isinstance(value, bool) or str(value) not in choices:
-        raise InputError(f"{name} must be one of {', '.join(choices)}; got {value!r}")
 
 
 def options_of(name: str, kind: type[Kind], given: Mapping | Kind) -> Kind:

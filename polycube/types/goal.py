@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from polycube.types.options import Share
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -43,7 +45,7 @@ class Goal:
     scaled_jacobian: float = 0.5
     smooth_jacobian: float = 0.6
     poor_jacobian: float = 0.2
-    least_jacobian: float = 0.02
+    least_jacobian: Share = 0.02
     features: float = 0.003
     feature_share: float = 0.2
     margin: float = 0.001

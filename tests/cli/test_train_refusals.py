@@ -26,7 +26,7 @@ def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
     first_quick(
         3,
         [
-            ("sampler.steps=0", "error: sampler=ddim: steps must be at least 1; got 0"),
+            ("sampler.steps=0", "error: sampler=ddim: steps must be a whole number, 1 or more"),
             ("learning.decay=steep", "error: learning.decay must be one of"),
             ("+model.depth=3", "error: model=tiny: got an unexpected keyword argument 'depth'"),
             ("primitives.use=[cube,cone]", "error: no primitive plugin named 'cone'"),

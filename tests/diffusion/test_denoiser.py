@@ -162,7 +162,7 @@ def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> No
 
 def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
     with pytest.raises(
-        ValueError, match=r"denoiser\.target must be one of x0, noise, v, move; got mean"
+        ValueError, match=r"denoiser\.target must be one of x0, noise, v, move; got 'mean'"
     ):
         DenoiserOptions(target="mean")
     with pytest.raises(LookupError, match="no primitive named 'cone'"):

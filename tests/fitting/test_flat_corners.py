@@ -95,7 +95,7 @@ def test_sheets_are_an_option_of_the_pillow(pocket):
     assert len(made["polycube"].hexes) > len(made["none"].hexes)
     soft = build("meshing/pillow", {"plugin": "selective", "features": "soft", "patches": "none"})
     assert soft(surface, mesh) is mesh
-    with pytest.raises(BadOption, match="sheets must be polycube, all, none"):
+    with pytest.raises(BadOption, match="sheets must be one of polycube, all, none"):
         build("meshing/pillow", {"plugin": "selective", "sheets": "some"})
 
 

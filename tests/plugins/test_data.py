@@ -41,7 +41,7 @@ def test_paired_with_the_published_types_only(primitives: dict) -> None:
     stream = build("data", {"plugin": "paired", "types": "published"})((2, 1, 1), primitives, 0)
     assert [c.count(None) for c in stream.contexts] == [1] * 8 + [0]
     assert np.abs(stream(8).geometry - stream(8).polycube).max() > 0.1
-    with pytest.raises(InputError, match="types must be all or published; got 'few'"):
+    with pytest.raises(InputError, match="types must be one of all, published; got 'few'"):
         build("data", {"plugin": "paired", "types": "few"})
 
 
@@ -79,7 +79,7 @@ def test_paper_is_refused_where_it_has_no_mesh(primitives: dict) -> None:
     blind = {"blind": build("primitive", {"plugin": "blind_px"})()}
     with pytest.raises(ValueError, match="no mesh of 512 vertices"):
         build("data", {"plugin": "paper"})((2, 1, 1), blind, 0)(0)
-    with pytest.raises(InputError, match=r"rounding must not be negative; got -1"):
+    with pytest.raises(InputError, match=r"rounding must be a number, 0 or more; got -1"):
         build("data", {"plugin": "paper", "rounding": -1})
 
 

@@ -225,5 +225,5 @@ def test_a_cure_follows_if_it_is_expected_to_pay(monkeypatch):
 
 
 def test_options_are_checked():
-    with pytest.raises(ValueError, match="effort must be first, normal, thorough; got 'more'"):
+    with pytest.raises(ValueError, match="one of first, normal, thorough; got 'more'"):
         BestGain(effort="more")

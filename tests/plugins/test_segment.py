@@ -74,5 +74,5 @@ def refined(surface: TriMesh) -> TriMesh:
 
 def test_drawn_is_a_segmentation():
     check_plugin("meshing/segment", {"plugin": "drawn", "longest": 0.1})
-    with pytest.raises(ValueError, match="longest must be positive; got 0"):
+    with pytest.raises(ValueError, match="longest must be a number, above 0; got 0"):
         build("meshing/segment", {"plugin": "drawn", "longest": 0.0})

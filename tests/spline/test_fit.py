@@ -146,8 +146,8 @@ def test_a_positive_spline_stays_positive():
     [
         ({"iterations": -1}, "fit.iterations must be a whole number, 0 or more; got -1"),
         ({"rounds": 1.5}, "fit.rounds must be a whole number, 0 or more; got 1.5"),
-        ({"floor": 1}, r"fit.floor must lie in \(0, 1\); got 1"),
-        ({"floor": "x"}, "fit.floor must be a number; got 'x'"),
+        ({"floor": 1}, r"fit.floor must be a number, above 0 and below 1; got 1"),
+        ({"floor": "x"}, "fit.floor must be a number, above 0 and below 1; got 'x'"),
         ({"steps": 3}, "fit takes iterations, floor, rounds; got 'steps'"),
     ],
 )

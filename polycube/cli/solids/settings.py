@@ -12,7 +12,7 @@ from polycube.analysis.boundary_sets import names_in
 from polycube.analysis.problem import Problem, Statics, Vibration
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import ENDS
-from polycube.io.cad import INTERFACES
+from polycube.io.cad import Cad
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.settings import Settings
@@ -23,7 +23,7 @@ from polycube.units import METRES
 
 def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
     """The settings for one solid, which do not depend on how it is joined to others."""
-    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": INTERFACES[0]}}
+    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": Cad.interfaces}}
 
 
 def of_runs(cfg: Json, solids: Sequence[Solid], exports: Sequence[Export]) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 import torch
@@ -11,35 +12,25 @@ from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import Tensor
 
 from polycube.io.manifest import writing
-
-DECAYS = ("constant", "linear", "cosine", "printed")
-LOSSES = ("distance", "mse")
+from polycube.types.options import Count, Options, Share, limits
 
 
 @dataclass(frozen=True)
-class Learning:
+class Learning(Options):
     """Options of the training."""
 
-    rate: float = 1e-3  # initial learning rate
-    warmup: int = 0  # number of batches in which the rate rises linearly from 0
-    decay: str = "linear"  # of the rate over the epochs: constant, linear, cosine or printed
-    loss: str = "distance"  # distance of points, or mse: mean squared error
-    labels: float = 0.1  # weight of the cross-entropy of the labels
-    endpoint: float = 0.8  # share of a batch trained at t = T from the geometry itself
-    thin: int = 1  # train on every n-th row and column; 1 for networks that need whole images
-    seed: int = 0
+    group = "learning."
 
-    def __post_init__(self) -> None:
-        for name, is_valid, wanted in (
-            ("thin", self.thin >= 1, "be at least 1"),
-            ("decay", self.decay in DECAYS, f"be one of {', '.join(DECAYS)}"),
-            ("loss", self.loss in LOSSES, f"be one of {', '.join(LOSSES)}"),
-            ("warmup", self.warmup >= 0, "not be negative"),
-            ("endpoint", 0 <= self.endpoint <= 1, "lie in [0, 1]"),
-            ("labels", self.labels >= 0, "not be negative"),
-        ):
-            if not is_valid:
-                raise ValueError(f"learning.{name} must {wanted}; got {getattr(self, name)}")
+    rate: float = 1e-3  # initial learning rate
+    # number of batches in which the rate rises linearly from 0
+    warmup: Annotated[int, limits(0)] = 0
+    # of the rate over the epochs
+    decay: Literal["constant", "linear", "cosine", "printed"] = "linear"
+    loss: Literal["distance", "mse"] = "distance"  # distance of points, or mse: mean squared error
+    labels: Annotated[float, limits(0)] = 0.1  # weight of the cross-entropy of the labels
+    endpoint: Share = 0.8  # share of a batch trained at t = T from the geometry itself
+    thin: Count = 1  # train on every n-th row and column; 1 for networks that need whole images
+    seed: int = 0
 
 
 def rate_factors(decay: str, epochs: int) -> list[float]:

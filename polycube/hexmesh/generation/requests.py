@@ -8,8 +8,9 @@ the hexes on it (`size`).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from polycube.hexmesh.generation.sizing import check_length, length
+from polycube.hexmesh.generation.sizing import LENGTH, length
 from polycube.types import TriMesh
+from polycube.types.options import require
 
 LEAST = {"around": 3, "through": 1}
 MOST = 1000  # largest number of hexes through a wall or edges around a rim
@@ -70,7 +71,7 @@ def _request_of(entry: object) -> Request:
         )
     value = entry[kind]
     if kind == "size":
-        check_length(f"the size at {name}", value)
+        require(f"the size at {name}", LENGTH, value)
     elif kind not in LEAST:
         raise ValueError(
             f"an entry of at must have around, through or size; got {kind!r} at {name}"

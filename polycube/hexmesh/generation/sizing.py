@@ -9,11 +9,13 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
+from typing import Annotated
 
 import numpy as np
 
 from polycube.errors import MeshingError
 from polycube.types import PerAxis, Polycube, RoughMap
+from polycube.types.options import Such, require
 
 logger = logging.getLogger(__name__)
 
@@ -41,15 +43,6 @@ class Box:
         return np.all((points >= self.low) & (points <= self.high), axis=-1)
 
 
-def check_length(name: str, value: object) -> None:
-    """Raise ValueError unless `value` is a positive number or a share such as "5%"."""
-    if length(value, 1.0) <= 0:
-        raise ValueError(
-            f"{name} must be a positive number (in the model's units) or a share of the "
-            f"bounding-box diagonal such as 5%; got {value!r}"
-        )
-
-
 def length(value: object, diagonal: float) -> float:
     """A length in model units: a number, or "5%" of the diagonal; -1 for anything else."""
     if isinstance(value, Real) and not isinstance(value, bool):
@@ -61,6 +54,13 @@ def length(value: object, diagonal: float) -> float:
             return -1.0
         return share * diagonal if np.isfinite(share) else -1.0
     return -1.0
+
+
+LENGTH = Such(
+    lambda value: length(value, 1.0) > 0,
+    "a positive number (in the model's units) or a share of the bounding-box diagonal such as 5%",
+)
+Length = Annotated[float | str, LENGTH]  # an option
 
 
 def doublings(size: float, cell: float) -> int:
@@ -79,7 +79,7 @@ def box_of(region: object, diagonal: float) -> Box:
     )
     if not isinstance(region, dict) or not {"box", "size"} <= set(region) <= REGION:
         raise refused
-    check_length("the size of a region", region["size"])
+    require("the size of a region", LENGTH, region["size"])
     along = region.get("along", "xyz")
     try:
         corners = np.asarray(region["box"], float).reshape(2, 3)

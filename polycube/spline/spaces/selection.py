@@ -11,13 +11,14 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from polycube.errors import InputError
 from polycube.types import TriMesh
-from polycube.types.checks import check_number, is_number, is_whole
+from polycube.types.checks import is_number, is_whole
+from polycube.types.options import Count, Options, Share, limits
 
 if TYPE_CHECKING:
     from polycube.spline.spaces.hierarchy import Level, Space
@@ -29,7 +30,7 @@ NOTHING = 1e-10  # root mean square distance, in diagonals, below which it is a 
 
 
 @dataclass(frozen=True)
-class Refinement:
+class Refinement(Options):
     """Elements to refine, with the numbers after `levels`; default: none.
 
     Parameters
@@ -46,21 +47,17 @@ class Refinement:
         indicator
     """
 
-    levels: int = 0
+    group = "refine."
+    levels: Annotated[int, limits(0)] = 0
     elements: str | Sequence[int] = field(default_factory=list)
     boxes: Sequence[Mapping] = field(default_factory=list)
-    curvature: float = 0
-    indicator: float = 0
-    depth: int = 1
-    rings: int = 1
+    curvature: Annotated[float, limits(0, 180)] = 0
+    indicator: Share = 0
+    depth: Count = 1
+    rings: Annotated[int, limits(0)] = 1
 
     def __post_init__(self) -> None:
-        for name, least in (("levels", 0), ("depth", 1), ("rings", 0)):
-            check_number(f"refine.{name}", getattr(self, name), least, whole=True)
-        for name, end in (("curvature", 180), ("indicator", 1)):
-            value = getattr(self, name)
-            if not is_number(value) or not 0 <= value <= end:
-                raise ValueError(f"refine.{name} must lie in [0, {end}]; got {value!r}")
+        super().__post_init__()
         for box in self.boxes:
             _check_box(box)
         self.listed()

@@ -1,21 +1,13 @@
 """Options of the reconstruction of point clouds: the settings `points.*` of `conf/infer.yaml`."""
 
 from dataclasses import dataclass
-from math import inf
+from typing import Annotated
 
-from polycube.types.checks import check_number
-
-# of each option: the least and the largest number, and whether it is a whole one
-LIMITS = {
-    "outliers": (0, inf, False),
-    "neighbours": (3, 1000, True),
-    "depth": (3, 10, True),
-    "trim": (1, inf, False),
-}
+from polycube.types.options import Options, limits
 
 
 @dataclass(frozen=True)
-class Points:
+class Points(Options):
     """Options of the reconstruction of a surface from points.
 
     Parameters
@@ -39,12 +31,8 @@ class Points:
         If a value is out of range.
     """
 
-    outliers: float | None = 3.0
-    neighbours: int | None = None
-    depth: int | None = None
-    trim: float | None = 4.0
-
-    def __post_init__(self) -> None:
-        for name, limits in LIMITS.items():
-            if getattr(self, name) is not None:
-                check_number(f"points.{name}", getattr(self, name), *limits, other="null")
+    group = "points."
+    outliers: Annotated[float, limits(0)] | None = 3.0
+    neighbours: Annotated[int, limits(3, 1000)] | None = None
+    depth: Annotated[int, limits(3, 10)] | None = None
+    trim: Annotated[float, limits(1)] | None = 4.0

@@ -38,15 +38,15 @@ def test_counters_are_not_averaged() -> None:
 
 
 def test_wrong_options_are_refused() -> None:
-    with pytest.raises(ValueError, match="one of constant, linear, cosine, printed; got steep"):
+    with pytest.raises(ValueError, match="one of constant, linear, cosine, printed; got 'steep'"):
         Learning(decay="steep")
-    with pytest.raises(ValueError, match=r"learning\.loss must be one of distance, mse; got l1"):
+    with pytest.raises(ValueError, match=r"learning\.loss must be one of distance, mse; got 'l1'"):
         Learning(loss="l1")
-    with pytest.raises(ValueError, match=r"thin must be at least 1; got 0"):
+    with pytest.raises(ValueError, match=r"thin must be a whole number, 1 or more; got 0"):
         Learning(thin=0)
-    with pytest.raises(ValueError, match=r"endpoint must lie in \[0, 1\]; got 2"):
+    with pytest.raises(ValueError, match=r"endpoint must be a number, 0 to 1; got 2"):
         Learning(endpoint=2)
-    with pytest.raises(ValueError, match=r"labels must not be negative; got -1"):
+    with pytest.raises(ValueError, match=r"labels must be a number, 0 or more; got -1"):
         Learning(labels=-1)
     with pytest.raises(ValueError, match=r"ema must lie between 0 and 1; got 1"):
         moving_average(1)
