@@ -239,8 +239,6 @@ class Template(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.regions, (list, tuple)):
-            raise ValueError(f"regions must be a list; got {self.regions!r}")
         for region in self.regions:
             sizing.box_of(region, 1.0)
         requests_of(self.at)

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from polycube.errors import InputError
 from polycube.io.cad import SUFFIXES, Cad
 from polycube.io.removal.options import Remove
 from polycube.surface.clouds.options import Points
-from polycube.surface.repair.repair import LEVELS
-from polycube.types.checks import is_number, is_whole
-from polycube.types.options import Options
+from polycube.types.checks import options_of
+from polycube.types.options import Options, Positive, check_options, limits
 from polycube.units import AUTO, resolved
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
-GROUPS = ("Cad", "Points", "Files", "Node", "Mapping[str, Node]")  # types of groups
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
 
 
 @dataclass(frozen=True, eq=False)
-class Settings:
+class Settings(Options):
     """Settings of the whole run, and the composed configuration of every group.
 
     Names, defaults and help are in `conf/infer.yaml`; `start` is `from` there.
@@ -35,7 +32,7 @@ class Settings:
     cad: Cad
     points: Points
     files: Files
-    repair: str
+    repair: Literal["off", "safe", "aggressive"]
     order: tuple[str, ...]
     context: Sequence[str | None] | None
     grid: Node
@@ -50,13 +47,20 @@ class Settings:
     spline: Node
     analysis: Node
     export: Mapping[str, Node]
-    seconds: float | None
+    seed: Annotated[int, limits(0)]
+    seconds: Positive | None
     strict: bool
+    quiet: bool
+    verbose: bool
     resume: Path | None
     start: str | None
     composed: Mapping[str, Any]  # complete, as written to config.json
 
     def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.hex and self.repair != "off":
+            what = "repair works on the surface of mesh=, it cannot be combined with hex="
+            raise InputError(what)
         is_cad = self.mesh is not None and self.mesh.lower().endswith(SUFFIXES)
         if self.cad.remove != Remove() and not is_cad and self.resume is None:
             raise InputError("features are removed from STEP, IGES and BREP files", "cad.remove")
@@ -70,45 +74,26 @@ class Settings:
         InputError
             If a setting of the whole run is invalid; plugins check their own options.
         """
-        names = [each.name for each in fields(cls) if each.type in GROUPS]
-        groups = {name: composed.get(name, {}) for name in names}  # no group without exports
-        for name, group in groups.items():
-            _check(name, group, isinstance(group, Mapping), "a group of settings")
-        seed, seconds, context = composed["seed"], composed["seconds"], composed["context"]
-        is_list = context is None or isinstance(context, list | tuple)
-        _check("context", context, is_list, "a list of primitives, such as [cube]")
-        _check("seed", seed, is_whole(seed, 0), "a whole number, 0 or more")
-        is_time = is_number(seconds) and 0 < seconds < math.inf
-        _check("seconds", seconds, seconds is None or is_time, "null or a positive number")
-        for name in ("strict", "quiet", "verbose"):
-            _check(name, composed[name], isinstance(composed[name], bool), "true or false")
-        repair = composed["repair"] or LEVELS[0]  # YAML may read off as false
-        _check("repair", repair, repair in LEVELS, ", ".join(LEVELS))
+        values = {each.name: composed.get(each.name, {}) for each in fields(cls)}
+        groups = [each.name for each in fields(cls) if each.type == "Node"]
+        check_options(cls, {name: values[name] for name in groups})
+        for name, kind in {"cad": Cad, "points": Points, "files": Files}.items():
+            values[name] = options_of(name, kind, values[name])
         mesh, hexes, resume, start = (
             str(composed[name]) if composed[name] else None
             for name in ("mesh", "hex", "resume", "from")
         )
-        if hexes and repair != LEVELS[0]:
-            what = "repair works on the surface of mesh=, it cannot be combined with hex="
-            raise InputError(what)
-        groups |= {
-            "cad": Cad(**groups["cad"], units=groups["analysis"].get("units")),
-            "points": Points(**groups["points"]),
-            "files": Files(**groups["files"]),
+        given = {
+            "mesh": None if mesh == "???" else mesh,
+            "hex": hexes,
+            "cad": replace(values["cad"], units=composed["analysis"].get("units")),
+            "repair": composed["repair"] or "off",  # YAML may read off as false
+            "order": _order(composed),
+            "resume": Path(resume) if resume else None,
+            "start": start,
+            "composed": composed,
         }
-        return cls(
-            mesh=None if mesh == "???" else mesh,
-            hex=hexes,
-            repair=repair,
-            order=_order(composed),
-            context=context or None,
-            seconds=seconds,
-            strict=composed["strict"],
-            resume=Path(resume) if resume else None,
-            start=start,
-            composed=composed,
-            **groups,
-        )
+        return cls(**{**values, **given})
 
     def unit(self, of_file: str) -> str:
         """Length unit of the results; empty if neither analysis nor file has one."""
@@ -121,11 +106,6 @@ class Settings:
             return self
         analysis = {**self.analysis, "units": of_file}
         return replace(self, analysis=analysis, composed={**self.composed, "analysis": analysis})
-
-
-def _check(name: str, value: object, is_valid: bool, what: str) -> None:
-    if not is_valid:
-        raise InputError(f"{name} must be {what}; got {value!r}")
 
 
 def _order(composed: Node) -> tuple[str, ...]:

@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any, TypeVar
 
 import numpy as np
+
+from polycube.types.options import condition, require
+from polycube.types.options import is_number as is_number
 
 Json = Mapping[str, Any]  # a document, as in JSON and YAML: its values are of every kind
 Bound = int | str | tuple[int | str, ...]  # a number, a field with that many rows; of each column
@@ -13,11 +16,6 @@ DTYPES = {"int": np.int64, "bool": np.bool_, "float32": np.float32}
 PLAIN: dict[str, type | tuple[type, ...]] = {"int": int, "float": (int, float), "str": str}
 PLAIN |= {"Mapping[str, str]": Mapping, "tuple[str, ...]": tuple}
 Kind = TypeVar("Kind")
-
-
-def is_number(value: object) -> bool:
-    """Whether the value is a number and not a boolean."""
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def is_whole(value: object, least: int) -> bool:
@@ -29,6 +27,7 @@ def options_of(name: str, kind: type[Kind], given: Mapping | Kind) -> Kind:
     """A dataclass of options from their values by name; raises ValueError for unknown names."""
     if isinstance(given, kind):
         return given
+    require(name, condition(Mapping), given)
     known = [each.name for each in fields(kind)]  # type: ignore[arg-type]
     if unknown := sorted(set(given) - set(known)):  # type: ignore[arg-type]
         raise ValueError(f"{name} takes {', '.join(known)}; got {unknown[0]!r}")

@@ -1,21 +1,20 @@
 """Options: the type of a field of a dataclass says which values it admits.
 
 `Literal["a", "b"]` is a choice, `Annotated[int, limits(1)]` a number with limits, `X | None` has
-null as another value. Other types, such as `Sequence[object]`, admit every value.
+null as another value. `Mapping` and `Sequence` admit any content, other types every value.
 """
 
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from math import inf
-from numbers import Integral
+from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_args, get_origin
 
 from polycube.errors import InputError
-from polycube.types.checks import is_number
 
 
 class Such(NamedTuple):
@@ -25,12 +24,21 @@ class Such(NamedTuple):
     text: str
 
 
+def is_number(value: object) -> bool:
+    """Whether the value is a number and not a boolean."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 PLAIN: dict[Any, Such] = {
     bool: Such(lambda value: isinstance(value, bool), "true or false"),
     int: Such(lambda value: isinstance(value, Integral) and is_number(value), "a whole number"),
     float: Such(is_number, "a number"),
     str: Such(lambda value: isinstance(value, str), "a word"),
     NoneType: Such(lambda value: value is None, "null"),
+    Mapping: Such(lambda value: isinstance(value, Mapping), "a group of settings"),
+    Sequence: Such(
+        lambda value: isinstance(value, Iterable) and not isinstance(value, str | Mapping), "a list"
+    ),
 }
 
 
@@ -63,7 +71,7 @@ def condition(kind: Any) -> Such:
         words = [*map(str, args)]
         text = "one of " * (len(words) > 1) + ", ".join(words)
         return Such(lambda value: not isinstance(value, bool) and str(value) in words, text)
-    return PLAIN.get(kind, Such(lambda value: True, ""))
+    return PLAIN.get(origin or kind, Such(lambda value: True, ""))
 
 
 def require(name: str, such: Such, value: object) -> None:

@@ -158,4 +158,4 @@ def test_ctrl_c_at_the_real_program(times, tmp_path) -> None:
 @pytest.mark.parametrize("value", first_quick(2, ["0", "-5", "soon", "true", ".inf"]))
 def test_seconds_must_be_a_positive_number(value, tmp_path, capsys) -> None:
     assert _command(config(*ROD, f"output_dir={tmp_path}", f"seconds={value}")) == 2
-    assert "seconds must be null or a positive number; got" in capsys.readouterr().err
+    assert "seconds must be null or a number, above 0; got" in capsys.readouterr().err

@@ -118,7 +118,7 @@ def test_the_places_never_replace_a_file_of_the_user(damaged, tmp_path, monkeypa
 
 @pytest.mark.parametrize(
     ("override", "message"),
-    [("repair=bold", "repair must be off, safe"), ("preflight=places.stl", "the name of a .vtp")],
+    [("repair=bold", "must be one of off, safe"), ("preflight=places.stl", "the name of a .vtp")],
 )
 def test_invalid_options_are_refused(damaged, override, message, capsys):
     assert command(f"mesh={damaged}", override) == 2
