@@ -4,27 +4,26 @@ Refinement only splits edges: the shape is unchanged, and existing vertices keep
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from polycube.surface import edge_splits
 from polycube.surface.measures import edges, face_normals
-from polycube.types import TriMesh, freeze
+from polycube.types import TriMesh
+from polycube.types.checks import Arrays
 
 TURN = np.cos(np.pi / 4)  # for the normals at a sharp edge
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class Sheet(Arrays):
     """Closed triangle surface and its positions on the polycube."""
 
-    vertices: np.ndarray  # (V, 3) in model units
-    places: np.ndarray  # (V, 3) on the polycube, cell edge 1
-    faces: np.ndarray  # (F, 3) indices of vertices
-    tag: np.ndarray  # (F,) a number that a face passes to its parts
-
-    def __post_init__(self) -> None:
-        freeze(self, vertices="V 3", places="V 3", faces="F 3 int", tag="F int")
+    vertices: Annotated[np.ndarray, "V 3"]  # in model units
+    places: Annotated[np.ndarray, "V 3"]  # on the polycube, cell edge 1
+    faces: Annotated[np.ndarray, "F 3 int"]  # indices of vertices
+    tag: Annotated[np.ndarray, "F int"]  # a number that a face passes to its parts
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,14 @@ arrays, independent of their contexts.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from polycube.structure.neighbourhoods import euler_number, solid_genus
 from polycube.surface.measures import connected, edges
-from polycube.types import Polycube, freeze
+from polycube.types import Polycube
+from polycube.types.checks import Arrays
 
 NAMED = 8  # largest number of cells whose primitives are listed one by one
 CORNERS = np.array(  # corners of a box for each outward axis label, counter-clockwise from outside
@@ -29,17 +31,14 @@ OUTWARD = np.kron(np.eye(3, dtype=int), [[1], [-1]])  # (6, 3) direction of each
 
 
 @dataclass(frozen=True, eq=False)
-class Boundary:
+class Boundary(Arrays):
     """Boundary faces of a polycube; vertices, quads and patches in a fixed order."""
 
-    vertices: np.ndarray  # (V, 3)
-    quads: np.ndarray  # (Q, 4) indices of vertices, counter-clockwise from outside
-    axis: np.ndarray  # (Q,) 0..5, outward, see types.AXES
-    patch: np.ndarray  # (Q,) maximal planar connected face
-    box: np.ndarray  # (Q,) indices of the occupied boxes, in the order of np.argwhere(occupancy)
-
-    def __post_init__(self) -> None:
-        freeze(self, vertices="V 3", quads="Q 4 int", axis="Q int", patch="Q int", box="Q int")
+    vertices: Annotated[np.ndarray, "V 3"]
+    quads: Annotated[np.ndarray, "Q 4 int"]  # indices of vertices, counter-clockwise from outside
+    axis: Annotated[np.ndarray, "Q int"]  # 0..5, outward, see types.AXES
+    patch: Annotated[np.ndarray, "Q int"]  # maximal planar connected face
+    box: Annotated[np.ndarray, "Q int"]  # of the occupied ones, in the order of np.argwhere
 
     @property
     def patch_axis(self) -> np.ndarray:

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numba import njit
 
 from polycube.surface.frames import turn
-from polycube.types import TriMesh, freeze
+from polycube.types import TriMesh
+from polycube.types.checks import Arrays
 
 # of a spacing: offset of the scan lines, so that they meet no edge of a part on the grid
 OFF = 1.234e-5, 2.345e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Voxels:
+class Voxels(Arrays):
     """Solid voxels of a rotated surface: voxel (i, j, k) fills origin + size * [ijk, ijk + 1]."""
 
-    solid: np.ndarray  # (X, Y, Z) bool
-    origin: np.ndarray  # (3,) in the rotated frame
+    solid: Annotated[np.ndarray, "X Y Z bool"]
+    origin: Annotated[np.ndarray, "3"]  # in the rotated frame
     size: float
-
-    def __post_init__(self) -> None:
-        freeze(self, solid="X Y Z bool", origin="3")
 
     def turned(self, rotation: np.ndarray) -> Voxels:
         """The same voxels in axes rotated by one of the 24 rotations of the cube (3, 3)."""

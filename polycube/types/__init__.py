@@ -5,7 +5,7 @@ float64 or int64. Equal letters in shapes mean equal lengths. Coordinates are in
 and placement, except on the polycube, where a grid cell has edges of length 1.
 """
 
-from polycube.types.checks import Json, check_values, freeze
+from polycube.types.checks import Json, check_values
 from polycube.types.goal import Goal
 from polycube.types.hexmesh import Candidate, HexMesh, Ranked, Tier, Verdict
 from polycube.types.polycube import AXES, Labels, Parametrization, PerAxis, Polycube, RoughMap
@@ -37,5 +37,4 @@ __all__ = [
     "TriMesh",
     "Verdict",
     "check_values",
-    "freeze",
 ]

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import fields
 from numbers import Integral
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
-from polycube.types.options import condition, require
+from polycube.types.options import condition, kinds, require
 from polycube.types.options import is_number as is_number
 
 Json = Mapping[str, Any]  # a document, as in JSON and YAML: its values are of every kind
@@ -34,17 +34,27 @@ def options_of(name: str, kind: type[Kind], given: Mapping | Kind) -> Kind:
     return kind(**given)  # type: ignore[arg-type]
 
 
-def freeze(obj: object, **specs: str) -> None:
-    """Check array fields and make them read-only; equal letters mean equal lengths.
+class Arrays:
+    """Base of a dataclass whose array fields are checked, copied and made read-only.
 
-    specs : field name -> dimensions such as "V 3", then the type unless it is float: "F 3 int";
-        raises ValueError for another shape
+    Their types state the dimensions, then the type of the numbers unless it is float:
+    `Annotated[np.ndarray, "F 3 int"]`. Equal letters mean equal lengths; "F?" is F or no rows.
     """
+
+    def __post_init__(self) -> None:
+        types = ((name, get_args(kind)) for name, kind in kinds(type(self)).items())
+        freeze(self, **{name: args[1] for name, args in types if np.ndarray in args[:1]})
+
+
+def freeze(obj: object, **specs: str) -> None:
+    """Check array fields and make them read-only; raises ValueError for another shape."""
     sizes: dict[str, int] = {}
     for name, spec in specs.items():
         letters = [part for part in spec.split() if part not in DTYPES]
         dtype = DTYPES.get(spec.split()[-1], np.float64)
         array: np.ndarray = np.array(getattr(obj, name), dtype=dtype)  # own copy
+        if letters[0].endswith("?"):
+            letters[0] = letters[0][:-1] if array.size else "0"
         wanted = f"{type(obj).__name__}.{name} must have shape ({', '.join(letters)})"
         if array.ndim != len(letters):
             raise ValueError(f"{wanted}; got {array.shape}")

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays
 from polycube.types.goal import Goal
 from polycube.types.polycube import Polycube, RoughMap
 from polycube.types.surface import MOST_CAD_FACES
 
 
 @dataclass(frozen=True, eq=False)
-class HexMesh:
+class HexMesh(Arrays):
     """All-hexahedral mesh with the vertex order of VTK.
 
             7--------6        zeta
@@ -48,16 +48,16 @@ class HexMesh:
     unit : length unit of the coordinates, such as mm; empty if it is not known
     """
 
-    vertices: np.ndarray
-    hexes: np.ndarray
-    quads: np.ndarray
-    patch: np.ndarray
-    cell: np.ndarray
+    vertices: Annotated[np.ndarray, "V 3"]
+    hexes: Annotated[np.ndarray, "H 8 int"]
+    quads: Annotated[np.ndarray, "Q 4 int"]
+    patch: Annotated[np.ndarray, "Q int"]
+    cell: Annotated[np.ndarray, "H int"]
     primitives: tuple[str | None, ...] = ()
     warnings: tuple[str, ...] = ()
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     paths: Mapping[str, np.ndarray] = field(default_factory=dict)
-    cad_face: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    cad_face: Annotated[np.ndarray, "Q? int"] = field(default_factory=lambda: np.zeros(0))
     cad_names: Mapping[str, str] = field(default_factory=dict)
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     ties: tuple[tuple[str, str], ...] = ()
@@ -69,18 +69,6 @@ class HexMesh:
         "sets": "quads",
         "cad_face": MOST_CAD_FACES,
     }
-
-    def __post_init__(self) -> None:
-        count = "Q" if len(self.cad_face) else "0"
-        freeze(
-            self,
-            vertices="V 3",
-            hexes="H 8 int",
-            quads="Q 4 int",
-            patch="Q int",
-            cell="H int",
-            cad_face=f"{count} int",
-        )
 
 
 class Tier(IntEnum):

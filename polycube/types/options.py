@@ -81,15 +81,21 @@ def require(name: str, such: Such, value: object) -> None:
 
 
 @cache
-def conditions(cls: type) -> Mapping[str, Such]:
-    """The conditions on the fields of a class, except for types that only type checkers know."""
+def kinds(cls: type) -> Mapping[str, Any]:
+    """The types of the fields of a class, except for those that only type checkers know."""
     found = {}
     for base in reversed(cls.__mro__):
         known = vars(sys.modules[base.__module__])
         for name, kind in inspect.get_annotations(base).items():
             with suppress(NameError):
-                found[name] = condition(eval(kind, known) if isinstance(kind, str) else kind)
+                found[name] = eval(kind, known) if isinstance(kind, str) else kind
     return found
+
+
+@cache
+def conditions(cls: type) -> Mapping[str, Such]:
+    """The conditions on the fields of a class."""
+    return {name: condition(kind) for name, kind in kinds(cls).items()}
 
 
 def check_options(cls: type, values: Mapping[str, object], group: str = "") -> None:

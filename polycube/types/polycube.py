@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays, freeze
 
 PerAxis = tuple[np.ndarray, np.ndarray, np.ndarray]  # one array for each of x, y and z
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # the axis labels 0..5
 
 
 @dataclass(frozen=True, eq=False)
-class Polycube:
+class Polycube(Arrays):
     """Union of axis-aligned boxes on a rectilinear lattice.
 
     Box (i, j, k) is [x_i, x_i+1] x [y_j, y_j+1] x [z_k, z_k+1]. A grid cell has edges of length 1.
@@ -32,7 +32,7 @@ class Polycube:
         If shapes do not match, knots do not ascend, or the context has a wrong length.
     """
 
-    occupancy: np.ndarray
+    occupancy: Annotated[np.ndarray, "X Y Z bool"]
     x: np.ndarray
     y: np.ndarray
     z: np.ndarray
@@ -40,7 +40,7 @@ class Polycube:
     context: tuple[str | None, ...]
 
     def __post_init__(self) -> None:
-        freeze(self, occupancy="X Y Z bool")
+        super().__post_init__()
         for name, size in zip("xyz", self.occupancy.shape, strict=True):
             freeze(self, **{name: str(size + 1)})
             if (np.diff(getattr(self, name)) <= 0).any():
@@ -58,7 +58,7 @@ class Polycube:
 
 
 @dataclass(frozen=True, eq=False)
-class RoughMap:
+class RoughMap(Arrays):
     """Approximate map from a polycube to the model, trilinear between control positions.
 
     Parameters
@@ -67,17 +67,14 @@ class RoughMap:
     positions : (X, Y, Z, 3) positions in the model, in the user's units
     """
 
-    x: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
-    positions: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, x="X", y="Y", z="Z", positions="X Y Z 3")
+    x: Annotated[np.ndarray, "X"]
+    y: Annotated[np.ndarray, "Y"]
+    z: Annotated[np.ndarray, "Z"]
+    positions: Annotated[np.ndarray, "X Y Z 3"]
 
 
 @dataclass(frozen=True, eq=False)
-class Labels:
+class Labels(Arrays):
     """Polycube face of each triangle of the input surface.
 
     Parameters
@@ -86,17 +83,14 @@ class Labels:
     patch : (F,) number of the maximal connected plane face of the polycube
     """
 
-    axis: np.ndarray
-    patch: np.ndarray
+    axis: Annotated[np.ndarray, "F int"]
+    patch: Annotated[np.ndarray, "F int"]
 
     bounds: ClassVar = {"axis": 6}
 
-    def __post_init__(self) -> None:
-        freeze(self, axis="F int", patch="F int")
-
 
 @dataclass(frozen=True, eq=False)
-class Parametrization:
+class Parametrization(Arrays):
     """Place of each vertex of the surface on the polycube.
 
     Parameters
@@ -104,7 +98,4 @@ class Parametrization:
     positions : (V, 3) polycube coordinates; a grid cell has edges of length 1
     """
 
-    positions: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, positions="V 3")
+    positions: Annotated[np.ndarray, "V 3"]

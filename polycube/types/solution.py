@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(Arrays):
     """Vibration modes in ascending order of frequency.
 
     Parameters
@@ -23,15 +24,12 @@ class Modes:
     errors : estimated relative errors of the frequencies of the first elastic modes
     """
 
-    eigenvalues: np.ndarray
-    shapes: np.ndarray
+    eigenvalues: Annotated[np.ndarray, "K"]
+    shapes: Annotated[np.ndarray, "K C 3"]
     mass: float
     units: dict[str, str] = field(default_factory=dict)
     rigid: int = 6
     errors: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze(self, eigenvalues="K", shapes="K C 3")
 
     @property
     def frequency(self) -> np.ndarray:
@@ -62,7 +60,7 @@ class Peak:
 
 
 @dataclass(frozen=True, eq=False)
-class Deformation:
+class Deformation(Arrays):
     """Elastic solid in static equilibrium; the fields are Bezier coefficients.
 
     Parameters
@@ -84,12 +82,12 @@ class Deformation:
     sections : (P, 3) preload, resultant of the stress over its section, and tightening of each
     """
 
-    displacement: np.ndarray
-    stress: np.ndarray
-    von_mises: np.ndarray
+    displacement: Annotated[np.ndarray, "B 3"]
+    stress: Annotated[np.ndarray, "B 6"]
+    von_mises: Annotated[np.ndarray, "B"]
     supports: tuple[str, ...]
-    reactions: np.ndarray
-    load: np.ndarray
+    reactions: Annotated[np.ndarray, "S 3"]
+    load: Annotated[np.ndarray, "3"]
     strain_energy: float
     mass: float
     units: dict[str, str] = field(default_factory=dict)
@@ -98,15 +96,11 @@ class Deformation:
     poor: int = 0
     stress_error: float | None = None
     displacement_error: float | None = None
-    sections: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-
-    def __post_init__(self) -> None:
-        freeze(self, displacement="B 3", stress="B 6", von_mises="B", reactions="S 3", load="3")
-        freeze(self, sections="P 3")
+    sections: Annotated[np.ndarray, "P 3"] = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True, eq=False)
-class Potential:
+class Potential(Arrays):
     """Solution u of -div k grad u = f, such as a temperature, and its flux -k grad u.
 
     Parameters
@@ -121,17 +115,14 @@ class Potential:
     units : units of length, u, flux and flow
     """
 
-    values: np.ndarray
-    flux: np.ndarray
+    values: Annotated[np.ndarray, "C"]
+    flux: Annotated[np.ndarray, "B 3"]
     supports: tuple[str, ...]
-    flows: np.ndarray
+    flows: Annotated[np.ndarray, "S"]
     supplied: float
     units: dict[str, str] = field(default_factory=dict)
     flux_error: float | None = None
     u_error: float | None = None
-
-    def __post_init__(self) -> None:
-        freeze(self, values="C", flux="B 3", flows="S")
 
 
 Solution = Modes | Deformation | Potential  # what an analysis may give

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class Spline:
+class Spline(Arrays):
     """Tricubic volumetric spline in the form of Bezier elements.
 
     The Bezier points of element e are `(extraction @ control)[nodes[e]]`, in order
@@ -40,18 +40,18 @@ class Spline:
     tilt : (Q,) largest angle between the normals of the part and of each boundary face, in radians
     """
 
-    control: np.ndarray
+    control: Annotated[np.ndarray, "C 3"]
     extraction: csr_matrix
-    nodes: np.ndarray
-    element_hex: np.ndarray
-    level: np.ndarray
-    sides: np.ndarray
-    patch: np.ndarray
+    nodes: Annotated[np.ndarray, "E 64 int"]
+    element_hex: Annotated[np.ndarray, "E int"]
+    level: Annotated[np.ndarray, "E int"]
+    sides: Annotated[np.ndarray, "Q 2 int"]
+    patch: Annotated[np.ndarray, "Q int"]
     extraordinary_edges: int = 0
     sets: Mapping[str, np.ndarray] = field(default_factory=dict)
-    inner_edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    offset: np.ndarray = field(default_factory=lambda: np.zeros((0, 25)))
-    tilt: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    inner_edges: Annotated[np.ndarray, "R 2 int"] = field(default_factory=lambda: np.zeros((0, 2)))
+    offset: Annotated[np.ndarray, "P 25"] = field(default_factory=lambda: np.zeros((0, 25)))
+    tilt: Annotated[np.ndarray, "P"] = field(default_factory=lambda: np.zeros(0))
 
     bounds: ClassVar = {
         "nodes": "extraction",
@@ -61,18 +61,7 @@ class Spline:
     }
 
     def __post_init__(self) -> None:
-        freeze(
-            self,
-            control="C 3",
-            nodes="E 64 int",
-            element_hex="E int",
-            level="E int",
-            sides="Q 2 int",
-            patch="Q int",
-            inner_edges="R 2 int",
-            offset="P 25",
-            tilt="P",
-        )
+        super().__post_init__()
         if self.extraction.shape[1:] != (len(self.control),):
             raise ValueError(f"Spline.extraction must have {len(self.control)} columns")
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays
 
 MOST_CAD_FACES = 10**6  # of a file; larger numbers are refused
 
 
 @dataclass(frozen=True, eq=False)
-class TriMesh:
+class TriMesh(Arrays):
     """Closed triangle surface, oriented counter-clockwise as seen from outside.
 
     Parameters
@@ -34,9 +34,9 @@ class TriMesh:
     unit : length unit of the coordinates, such as mm; empty if the input states none
     """
 
-    vertices: np.ndarray
-    faces: np.ndarray
-    region: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vertices: Annotated[np.ndarray, "V 3"]
+    faces: Annotated[np.ndarray, "F 3 int"]
+    region: Annotated[np.ndarray, "F? int"] = field(default_factory=lambda: np.zeros(0))
     region_names: tuple[str, ...] = ()
     region_shapes: tuple[str, ...] = ()
     region_groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
@@ -52,13 +52,9 @@ class TriMesh:
         "region_edges": (MOST_CAD_FACES, MOST_CAD_FACES),
     }
 
-    def __post_init__(self) -> None:
-        count = "F" if len(self.region) else "0"
-        freeze(self, vertices="V 3", faces="F 3 int", region=f"{count} int")
-
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(Arrays):
     """Similarity transform to the learning frame: u = rotation @ (x - center) / scale.
 
     Parameters
@@ -68,12 +64,9 @@ class Frame:
     scale : length of one unit of the frame, in model units
     """
 
-    rotation: np.ndarray
-    center: np.ndarray
+    rotation: Annotated[np.ndarray, "3 3"]
+    center: Annotated[np.ndarray, "3"]
     scale: float
-
-    def __post_init__(self) -> None:
-        freeze(self, rotation="3 3", center="3")
 
     def apply(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) points of the model, in coordinates of the frame."""

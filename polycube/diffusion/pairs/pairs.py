@@ -7,6 +7,7 @@ and an interrupted training continues with the next pair.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Annotated
 
 import numpy as np
 
@@ -15,22 +16,19 @@ from polycube.diffusion.pairs.deformation import Deformation
 from polycube.diffusion.pairs.templates import Context, Template, refined, rounded, template
 from polycube.structure.lattice import boundary, cell_and_wall, lattice
 from polycube.surface.measures import triangle_vectors, unit
-from polycube.types import freeze
+from polycube.types.checks import Arrays
 
 PIECES = (3, 2)  # of the edge of a voxel: a full cell has 488 vertices, one with a hole 256
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class Points(Arrays):
     """Corresponding points of a geometry and of its polycube, both in the learning frame."""
 
-    geometry: np.ndarray  # (N, 3)
-    normals: np.ndarray  # (N, 3) outward unit normals of the geometry
-    polycube: np.ndarray  # (N, 3)
-    labels: np.ndarray  # (N, L) labels of the polycube face, see `conditions`
-
-    def __post_init__(self) -> None:
-        freeze(self, geometry="N 3", normals="N 3", polycube="N 3", labels="N L int")
+    geometry: Annotated[np.ndarray, "N 3"]
+    normals: Annotated[np.ndarray, "N 3"]  # outward unit normals of the geometry
+    polycube: Annotated[np.ndarray, "N 3"]
+    labels: Annotated[np.ndarray, "N L int"]  # labels of the polycube face, see `conditions`
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import coo_matrix, csgraph, identity
@@ -10,7 +11,8 @@ from scipy.sparse.linalg import splu
 
 from polycube.structure.lattice import boundary, cell_and_wall, collapse, is_manifold, lattice
 from polycube.surface.frames import rotations, turn
-from polycube.types import Polycube, freeze
+from polycube.types import Polycube
+from polycube.types.checks import Arrays
 
 Context = tuple[str | None, ...]
 
@@ -22,20 +24,16 @@ IDENTITY = 0  # index of the identity in frames.rotations()
 
 
 @dataclass(frozen=True, eq=False)
-class Template:
+class Template(Arrays):
     """Surface of a polycube, centred on its grid, cell edge 1."""
 
     polycube: Polycube  # collapsed, without superfluous knots
-    vertices: np.ndarray  # (V, 3)
-    faces: np.ndarray  # (F, 3) into vertices
-    rounded: np.ndarray  # (L, V, 3) float32 after each amount of smoothing, same bounding box
-    axis: np.ndarray  # (F,) 0..5, outward, of its polycube face, see types.AXES
-    cell: np.ndarray  # (F,) its grid cell, x slowest
-    wall: np.ndarray  # (F,) 1: face of a hole, in an occupied cell; 0: outer face
-
-    def __post_init__(self) -> None:
-        freeze(self, vertices="V 3", faces="F 3 int", rounded="L V 3 float32")
-        freeze(self, axis="F int", cell="F int", wall="F int")
+    vertices: Annotated[np.ndarray, "V 3"]
+    faces: Annotated[np.ndarray, "F 3 int"]  # into vertices
+    rounded: Annotated[np.ndarray, "L V 3 float32"]  # after each smoothing, same bounding box
+    axis: Annotated[np.ndarray, "F int"]  # 0..5, outward, of its polycube face, see types.AXES
+    cell: Annotated[np.ndarray, "F int"]  # its grid cell, x slowest
+    wall: Annotated[np.ndarray, "F int"]  # 1: face of a hole, in an occupied cell; 0: outer face
 
 
 def contexts(

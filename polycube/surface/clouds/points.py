@@ -7,7 +7,7 @@ ragged. Therefore only points on it are used, for a second reconstruction.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,7 +18,7 @@ from polycube.surface.measures import components, face_areas, face_normals, spre
 from polycube.surface.repair.clean import compact
 from polycube.surface.repair.holes import MAX_LOOP, filling, loops
 from polycube.types import TriMesh
-from polycube.types.checks import freeze
+from polycube.types.checks import Arrays
 
 if TYPE_CHECKING:
     from open3d.geometry import PointCloud
@@ -33,15 +33,11 @@ RIM = 0.5  # distance at which the rim of a region is removed, as a share of `po
 
 
 @dataclass(frozen=True, eq=False)
-class Cloud:
+class Cloud(Arrays):
     """Points on a surface, in the units of the file; `normals` is (0, 3) if they are unknown."""
 
-    points: np.ndarray  # (N, 3)
-    normals: np.ndarray  # (N, 3) unit, or (0, 3)
-
-    def __post_init__(self) -> None:
-        count = "N" if len(self.normals) else "0"
-        freeze(self, points="N 3", normals=f"{count} 3")
+    points: Annotated[np.ndarray, "N 3"]
+    normals: Annotated[np.ndarray, "N? 3"]  # unit, or (0, 3)
 
     def taken(self, chosen: np.ndarray) -> Cloud:
         """The points that are selected by indices or by a mask."""
