@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from polycube.kinds import Expected, Policy
+from polycube.kinds import Estimate, Expected, Policy
 from polycube.registry import build, choice, register, setting
 from polycube.types.options import Options
 
@@ -44,7 +44,12 @@ class BestGain(Options, Policy):
         self, history: Any, possible: Callable[[], Sequence[Any]]
     ) -> Iterator[tuple[Any, Expected]]:
         """Moves in the order of their gain for their work."""
-        estimate = build("estimate", self.estimate)
+        return self.moves(history, possible, build("estimate", self.estimate))
+
+    def moves(
+        self, history: Any, possible: Callable[[], Sequence[Any]], estimate: Estimate
+    ) -> Iterator[tuple[Any, Expected]]:
+        """The same moves by a given estimate."""
         while history.shortfall > 0:
             rated = [(estimate(move, history), move) for move in possible()]
             if not rated:

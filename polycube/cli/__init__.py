@@ -3,6 +3,7 @@
 import atexit
 import gc
 import os
+import sys
 from functools import partial
 from importlib import import_module
 
@@ -32,7 +33,7 @@ def _run(name: str) -> None:
     from polycube.cli.command import refusing
 
     with ending_with_reader(), refusing():
-        if not help.shown(name):
+        if not help.shown(name, sys.argv[1:]):
             import_module(f"polycube.cli.{name}").main()
 
 

@@ -30,9 +30,9 @@ MORE = "All options of a choice: --help GROUP=OPTION.  All values: --cfg job."
 PARAMETER = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 
 
-def shown(config_name: str) -> bool:
-    """Print the help of a program, or of the choices on the command line, if it is requested."""
-    given = split(sys.argv[1:])[0]
+def shown(config_name: str, arguments: list[str]) -> bool:
+    """Print the help of a program, or of the choices among its arguments, if it is requested."""
+    given = split(arguments)[0]
     if not given.help:
         return False
     blocks = list(of_choices(config_name, given.overrides)) if given.overrides else []

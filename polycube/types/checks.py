@@ -42,7 +42,8 @@ class Arrays:
     """
 
     def __post_init__(self) -> None:
-        types = ((name, get_args(kind)) for name, kind in kinds(type(self)).items())
+        cls: Any = type(self)
+        types = ((name, get_args(kind)) for name, kind in kinds(cls).items())
         freeze(self, **{name: args[1] for name, args in types if np.ndarray in args[:1]})
 
 

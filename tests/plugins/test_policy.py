@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -38,13 +39,9 @@ def forget() -> None:
     CALLS.clear()
 
 
-def expecting(patch: pytest.MonkeyPatch, gains, works=lambda move: 1.0) -> None:
-    """Let `estimate` be made up: gains and works of moves."""
-
-    def estimate(move, history):
-        return Expected(gains(move), works(move))
-
-    patch.setattr(module, "build", lambda kind, config: estimate)
+def expecting(gains, works=lambda move: 1.0):
+    """A made-up estimate: gains and works of moves."""
+    return lambda move, history: Expected(gains(move), works(move))
 
 
 def variants(found) -> list[int]:
@@ -55,30 +52,31 @@ def structures(found) -> list[int]:
     return [move.structure for move in found.moves]
 
 
-def searched(found, **options):
-    assert search(found, BestGain(**options)) is None
+def searched(found, estimate, **options):
+    """The history after a search by an estimate."""
+    assert search(found, partial(BestGain(**options).moves, estimate=estimate)) is None
     return found
 
 
-def test_the_move_with_the_most_gain_for_its_work_comes_first(monkeypatch):
+def test_the_move_with_the_most_gain_for_its_work_comes_first():
     gains, works = [0.4, 0.9, 0.6, 0.9], [1.0, 9.0, 1.0, 1.0]
-    expecting(monkeypatch, lambda m: gains[m.structure], lambda m: works[m.structure])
+    estimate = expecting(lambda m: gains[m.structure], lambda m: works[m.structure])
     found = history([Stage("meshing/subdivide", Fill())], ranked=[structure(2.0)] * 4)
-    assert structures(searched(found)) == [3, 2, 0, 1]
+    assert structures(searched(found, estimate)) == [3, 2, 0, 1]
 
 
-def test_the_search_ends_when_the_goal_is_met(monkeypatch):
-    expecting(monkeypatch, lambda move: 1.0)
-    found = searched(history(STAGES, grown(3.0, 10.0, 20.0)), effort="thorough")
+def test_the_search_ends_when_the_goal_is_met():
+    found = history(STAGES, grown(3.0, 10.0, 20.0))
+    searched(found, expecting(lambda move: 1.0), effort="thorough")
     assert variants(found) == [0, 1] and found.shortfall == 0
 
 
 @pytest.mark.parametrize("effort", ["normal", "thorough"])
-def test_the_search_ends_when_nothing_is_worth_its_work(effort, monkeypatch):
+def test_the_search_ends_when_nothing_is_worth_its_work(effort):
     price = PRICE[effort]
     gains = [1.0, 3 * price, 1.01 * price, price, 5 * price]
-    expecting(monkeypatch, lambda move: gains[move.variant])
-    found = searched(history(STAGES, grown(1.0, 2.0, 3.0, 4.0, 5.0)), effort=effort)
+    found = history(STAGES, grown(1.0, 2.0, 3.0, 4.0, 5.0))
+    searched(found, expecting(lambda move: gains[move.variant]), effort=effort)
     assert variants(found) == [0, 1, 2]
 
 
@@ -101,62 +99,60 @@ def toilsome(work: float, *sizes: float):
 @pytest.mark.parametrize(("worth", "number"), [(1.5, 2), (2.5, 3), (4.5, 5)])
 def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkeypatch):
     monkeypatch.setitem(module.MOST, "normal", float("inf"))
-    expecting(monkeypatch, lambda move: worth * PRICE["normal"])
-    found = searched(toilsome(module.PATIENCE, *np.linspace(1, 0.1, 9)))
+    found = toilsome(module.PATIENCE, *np.linspace(1, 0.1, 9))
+    searched(found, expecting(lambda move: worth * PRICE["normal"]))
     assert variants(found) == list(range(number))
 
 
 @pytest.mark.parametrize(("effort", "number"), [("normal", 2), ("thorough", 3)])
-def test_the_price_of_a_normal_search_is_higher_after_a_total_work(effort, number, monkeypatch):
+def test_the_price_of_a_normal_search_is_higher_after_a_total_work(effort, number):
     gains, large = [1.0, 1.1, 0.9], module.LARGE + 1
     price = module.LATE * PRICE[effort] * large
-    expecting(monkeypatch, lambda move: gains[move.variant] * price, lambda move: large)
-    found = searched(toilsome(1 + module.MOST["normal"], 1.0, 2.0, 3.0), effort=effort)
+    estimate = expecting(lambda move: gains[move.variant] * price, lambda move: large)
+    found = searched(toilsome(1 + module.MOST["normal"], 1.0, 2.0, 3.0), estimate, effort=effort)
     assert variants(found) == list(range(number))
 
 
-def test_the_work_of_the_next_move_counts(monkeypatch):
+def test_the_work_of_the_next_move_counts():
     works = [1.0, module.MOST["normal"]]
     gains = [1.0, 0.9 * module.LATE * PRICE["normal"] * works[1]]
-    expecting(monkeypatch, lambda move: gains[move.variant], lambda move: works[move.variant])
-    assert variants(searched(toilsome(1.0, 1.0, 2.0))) == [0]
-    assert variants(searched(toilsome(1.0, 1.0, 2.0), effort="thorough")) == [0, 1]
+    estimate = expecting(lambda move: gains[move.variant], lambda move: works[move.variant])
+    assert variants(searched(toilsome(1.0, 1.0, 2.0), estimate)) == [0]
+    assert variants(searched(toilsome(1.0, 1.0, 2.0), estimate, effort="thorough")) == [0, 1]
 
 
 def test_thorough_pays_ten_times_as_much():
     assert PRICE["normal"] == 10 * PRICE["thorough"] > 0
 
 
-def test_while_there_is_no_mesh_every_expected_gain_is_worth_its_work(monkeypatch):
+def test_while_there_is_no_mesh_every_expected_gain_is_worth_its_work():
     ranked = [structure(s) for s in (np.nan, 2.0, 3.0)]
-    expecting(monkeypatch, lambda move: 1e-9 / (1 + move.structure))
+    estimate = expecting(lambda move: 1e-9 / (1 + move.structure))
     fails = [Stage("meshing/subdivide", Fill()), Stage("meshing/optimize", Grow(np.inf))]
     for effort in PRICE:
-        found = searched(history(fails, ranked=ranked), effort=effort)
+        found = searched(history(fails, ranked=ranked), estimate, effort=effort)
         assert {MeshStructure(n, 0) for n in range(3)} <= set(found.moves)
 
 
 @settings(deadline=None, max_examples=25)
 @given(st.lists(st.floats(0.1, 9.0), min_size=1, max_size=6))
 def test_first_makes_one_mesh(sizes):
-    with pytest.MonkeyPatch.context() as patch:
-        expecting(patch, lambda move: 1.0)
-        cure = [Stage("meshing/cure", Scale(2.0))]
-        found = searched(history(STAGES, grown(*sizes), cure=cure), effort="first")
-        assert found.moves == [MeshStructure(0, 0)] and len(found.outcomes) == 1
-        assert size(found.leader.state) == sizes[0]
+    found = history(STAGES, grown(*sizes), cure=[Stage("meshing/cure", Scale(2.0))])
+    searched(found, expecting(lambda move: 1.0), effort="first")
+    assert found.moves == [MeshStructure(0, 0)] and len(found.outcomes) == 1
+    assert size(found.leader.state) == sizes[0]
 
 
-def test_first_proposes_until_there_is_a_structure(monkeypatch):
+def test_first_proposes_until_there_is_a_structure():
     tiers = {Tier.EXACT: [], Tier.COARSE: [structure(2.0), structure(3.0)], Tier.FINE: [1]}
-    expecting(monkeypatch, lambda m: 9.0 - m.tier if isinstance(m, Propose) else 99.0)
+    estimate = expecting(lambda m: 9.0 - m.tier if isinstance(m, Propose) else 99.0)
     found = history(
         [Stage("meshing/subdivide", Fill())],
         propose=lambda surface, tier: tiers[tier],
         tiers=list(tiers),
         start=RunState(TETRAHEDRON),
     )
-    searched(found, effort="first")
+    searched(found, estimate, effort="first")
     assert found.moves == [Propose(Tier.EXACT), Propose(Tier.COARSE), MeshStructure(0, 0)]
 
 
@@ -173,9 +169,8 @@ def test_at_no_price_everything_possible_is_tried(sizes, factor, data):
         def gain(move):
             return gains.setdefault(move, data.draw(st.floats(1e-6, 1)))
 
-        expecting(patch, gain)
-        cure = [Stage("meshing/cure", Scale(factor))]
-        found = searched(history(STAGES, grown(*sizes), cure=cure), effort="thorough")
+        found = history(STAGES, grown(*sizes), cure=[Stage("meshing/cure", Scale(factor))])
+        searched(found, expecting(gain), effort="thorough")
         assert found.shortfall == 0 or not possible(found)
         assert len(set(found.moves)) == len(found.moves)
         keys = [each.key for each in found.outcomes]
@@ -186,11 +181,10 @@ def test_at_no_price_everything_possible_is_tried(sizes, factor, data):
 @settings(deadline=None, max_examples=25)
 @given(st.lists(SIZES, min_size=1, max_size=6), st.sampled_from(sorted(PRICE)), st.data())
 def test_the_policy_ends_whatever_is_expected(sizes, effort, data):
-    with pytest.MonkeyPatch.context() as patch:
-        expecting(patch, lambda move: data.draw(st.floats(-1, 1) | st.just(np.inf)))
-        cure = [Stage("meshing/cure", Scale(1.1))]
-        found = searched(history(STAGES, grown(*sizes), cure=cure), effort=effort)
-        assert len(set(found.moves)) == len(found.moves) <= 2 * len(sizes)
+    estimate = expecting(lambda move: data.draw(st.floats(-1, 1) | st.just(np.inf)))
+    found = history(STAGES, grown(*sizes), cure=[Stage("meshing/cure", Scale(1.1))])
+    searched(found, estimate, effort=effort)
+    assert len(set(found.moves)) == len(found.moves) <= 2 * len(sizes)
 
 
 @dataclass(frozen=True)
@@ -204,17 +198,17 @@ def test_the_last_resort_is_taken_if_all_meshes_are_folded():
     """`estimate=rules` expects next to nothing of it, but any sound mesh is better."""
     folds = [Stage("meshing/subdivide", Fill()), Stage("meshing/optimize", Scale(-1.0))]
     found = history(folds, ranked=[structure(2.0)], acceptance=Folded())
-    searched(found)
+    assert search(found, BestGain()) is None
     assert FitPartly(0) in found.moves
 
 
-def test_a_cure_follows_if_it_is_expected_to_pay(monkeypatch):
+def test_a_cure_follows_if_it_is_expected_to_pay():
     def gain(move):
         return 0.5 - 0.2 * (move.of == 1) if isinstance(move, Cure) else 1.0 - 0.3 * move.variant
 
-    expecting(monkeypatch, gain)
     cure = [Stage("meshing/cure", Scale(1.5))]
-    found = searched(history(STAGES, grown(2.0, 1.0, 5.0, 1.0), cure=cure))
+    found = history(STAGES, grown(2.0, 1.0, 5.0, 1.0), cure=cure)
+    searched(found, expecting(gain))
     assert found.moves[:4] == [
         MeshStructure(0, 0),
         MeshStructure(0, 1),
