@@ -15,8 +15,6 @@ def renamed(mesh: HexMesh, length: int, ascii_only: bool = True) -> HexMesh:
 
     They are unique without regard to case. `cad_names` also has the sets that were renamed.
 
-    Parameters
-    ----------
     length : largest number of bytes of a name
     ascii_only : transliterate other letters
     """

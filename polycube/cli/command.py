@@ -73,10 +73,7 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
 def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
     """Run a task with Hydra, once or for each job of a multirun.
 
-    Raises
-    ------
-    InputError
-        If the command line is wrong, or if a folder is not writable.
+    Raises InputError if the command line is wrong, or if a folder is not writable.
     """
     arguments = sys.argv[1:] = quoted(sys.argv[1:])
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
@@ -132,8 +129,6 @@ def refused(error: Exception | str) -> int:
 def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
     """The flags of Hydra and the `overrides` of a command line, and its unknown flags.
 
-    Parameters
-    ----------
     arguments : of the command line, without the name of the program
     """
     return get_args_parser().parse_known_args(arguments)
@@ -142,15 +137,11 @@ def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
 def with_input(arguments: list[str]) -> list[str]:
     """Read the only argument that is the name of a part as the value of `mesh=` or `hex=`.
 
-    Parameters
-    ----------
-    arguments : of the command line, without the name of the program
+    Returns all arguments. A file, a folder, a pattern, `example:NAME` and a name with the suffix of
+    a part get the prefix `mesh=`, a hex mesh gets `hex=`. The arguments are unchanged if there are
+    several such names, or if an input is given already.
 
-    Returns
-    -------
-    All arguments. A file, a folder, a pattern, `example:NAME` and a name with the suffix of a part
-    get the prefix `mesh=`, a hex mesh gets `hex=`. The arguments are unchanged if there are several
-    such names, or if an input is given already.
+    arguments : of the command line, without the name of the program
     """
     from polycube.io.hex_meshes import FORMATS
     from polycube.io.surfaces import KNOWN

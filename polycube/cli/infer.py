@@ -39,23 +39,14 @@ def infer(
 ) -> Json:
     """Do the whole run and write its folder.
 
-    Parameters
-    ----------
+    Returns the numbers of `report.json`. Raises InputError if the input or an option is invalid; no
+    file is written then. Raises KeyboardInterrupt if a signal came before there was a folder; later
+    ones end in a report.
+
     cfg : configuration composed from `conf/infer.yaml`
     level : level of messages on the terminal; default: from `quiet` and `verbose`
     is_alone : whether the process does nothing else, see `terminal.logging_to`
     placed : run of an identical solid whose mesh is taken, see `api.execute`
-
-    Returns
-    -------
-    The numbers of `report.json`.
-
-    Raises
-    ------
-    InputError
-        If the input or an option is invalid; no file is written then.
-    KeyboardInterrupt
-        If a signal came before there was a folder; later ones end in a report.
     """
     settings = Settings.of(cfg)
     if level is None:

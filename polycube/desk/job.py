@@ -51,10 +51,7 @@ class Job:
     def settings(self) -> list[str]:
         """The settings of the run, one for each word of a command line.
 
-        Raises
-        ------
-        ValueError
-            If a quotation in `further` is not closed.
+        Raises ValueError if a quotation in `further` is not closed.
         """
         is_solved = self.is_solved and self.analysis != "none"
         found = [f"mesh={self.part}", f"order=[{SOLVED if is_solved else MESHED}]"]

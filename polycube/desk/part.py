@@ -28,10 +28,7 @@ GREY = "#b0bec5"
 def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], TriMesh]:
     """An STL file in a folder for each CAD face of a part, by the name of its set, and the surface.
 
-    Raises
-    ------
-    InputError
-        If the file is not a closed surface.
+    Raises InputError if the file is not a closed surface.
     """
     surface, _ = read_surface(path, Cad(segments=SEGMENTS))
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)

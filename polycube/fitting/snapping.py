@@ -99,8 +99,6 @@ def cover_of(problem: FitProblem, state: State, strength: float) -> tuple[Spring
 def merit_of(jacobian: float, vertices: float, creases: float, near: float = CREASES) -> float:
     """Merit of a worst hex, and of boundary vertices and creases; larger is better.
 
-    Parameters
-    ----------
     jacobian : smallest scaled Jacobian
     vertices, creases : distances in diagonals
     near : distance of the creases without penalty

@@ -84,8 +84,6 @@ def with_layer(mesh: HexMesh, target: Target) -> HexMesh:
 
     Without the layer, hexes with two faces on one smooth face of the part would be flat.
 
-    Parameters
-    ----------
     mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
     target : the surface to which it will be fitted
     """
@@ -116,16 +114,12 @@ def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
 
     Two quads that fold over or penetrate each other separate when their vertices move towards their
     neighbours on the boundary. The vertices leave the surface in this way. If they must move so far
-    that hexes are inverted, the hexes nearby are untangled.
-    Parameters
-    ----------
+    that hexes are inverted, the hexes nearby are untangled. Returns the mesh with moved vertices,
+    without crossings and inverted hexes. It is unchanged if it has no crossings or more than
+    `MOST`, if it has inverted hexes, or if the quads cannot be separated.
+
     mesh : fitted mesh
     target : the surface to which it is fitted
-
-    Returns
-    -------
-    The mesh with moved vertices, without crossings and inverted hexes. It is unchanged if it has no
-    crossings or more than `MOST`, if it has inverted hexes, or if the quads cannot be separated
     """
     found = crossings(mesh)
     if not 0 < len(found) <= MOST or scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0:

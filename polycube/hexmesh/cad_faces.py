@@ -80,9 +80,7 @@ def _on_edges(mesh: HexMesh, region: np.ndarray, known: CadSets) -> dict[str, np
 def model_sets(surface: TriMesh) -> dict[str, np.ndarray]:
     """Find the sets of a surface that can be named without a mesh.
 
-    Returns
-    -------
-    Numbers of triangles (N,) by name: ends, holes, and the faces of a CAD model.
+    Returns numbers of triangles (N,) by name: ends, holes, and the faces of a CAD model.
     """
     if not len(surface.region):
         label = np.zeros(len(surface.faces), np.int64)
@@ -161,8 +159,6 @@ def _with_short_borders(
 ) -> np.ndarray:
     """(Q,) CAD faces that agree with samples and sides, with short borders away from curves.
 
-    Parameters
-    ----------
     ninths : (Q, 9) closest face for the centre of each ninth
     bounded : (Q, 4) face that each side bounds; 0 if it is not on a curve
     across : (Q, 4) the other side at the same edge, as 4 quad + corner

@@ -19,17 +19,10 @@ MOST_CROSSINGS = 20
 
 
 def crossings(mesh: HexMesh) -> np.ndarray:
-    """Find the pairs of boundary quads that cross or touch each other.
+    """Pairs (N, 2) i < j of boundary quads that cross or touch each other, in lexical order.
 
-    Parameters
-    ----------
-    mesh : HexMesh
-
-    Returns
-    -------
-    (N, 2) int array
-        Indices i < j of ``mesh.quads``, in lexical order. Triangles with a common vertex do not
-        count, so neighbouring quads are found only if they fold over each other elsewhere.
+    Triangles with a common vertex do not count, so neighbouring quads are found only if they fold
+    over each other elsewhere.
     """
     triangles, quad = _split(mesh)
     return np.unique(np.sort(quad[meeting(mesh.vertices, triangles, 0)], axis=1), axis=0)

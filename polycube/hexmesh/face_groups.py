@@ -92,16 +92,12 @@ def ends_and_holes(
 ) -> dict[str, np.ndarray]:
     """Find the ends and the holes of a closed surface.
 
-    Parameters
-    ----------
+    Returns numbers of faces, ascending, by name: the existing ones of `ENDS`, then `hole_1` etc.,
+    sorted by x, y and z of their centroids. No face has two of these names.
+
     points : (V, 3)
     faces : (N, 4) quads or (N, 3) triangles, indices of points, counter-clockwise from outside
     label : (N,) faces with different labels are never in one piece
-
-    Returns
-    -------
-    Numbers of faces, ascending, by name: the existing ones of `ENDS`, then `hole_1` etc., sorted by
-    x, y and z of their centroids. No face has two of these names.
     """
     cut = _cut(points, faces, label)
     names = _flat_ends(cut)
@@ -113,11 +109,8 @@ def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
     """Find the ends and the holes of a CAD model; they consist of whole CAD faces.
 
     An end such as `x_min` consists of the flat faces with normal -x at the smallest x. If there are
-    none, it consists of faces whose mean normal points to -x, such as half a cylinder.
-
-    Returns
-    -------
-    Numbers of CAD faces, ascending, by name, as in `ends_and_holes`.
+    none, it consists of faces whose mean normal points to -x, such as half a cylinder. Returns
+    numbers of CAD faces, ascending, by name, as in `ends_and_holes`.
     """
     cut = _cut(surface.vertices, surface.faces, surface.region)
     numbers, face = np.unique(surface.region, return_inverse=True)

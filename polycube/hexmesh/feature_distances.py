@@ -61,8 +61,6 @@ def feature_distances(
 
     Points are those where at least three curves meet.
 
-    Parameters
-    ----------
     nearest : for each CAD face, the distances (S,) of samples from the boundary of the mesh
     """
     goal = target(surface)

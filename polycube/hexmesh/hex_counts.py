@@ -30,16 +30,11 @@ def rims(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
     """Find the closed curves that bound some faces of a closed surface.
 
     Curves shorter than half the longest one are ignored: they belong to a smaller hole in the wall
-    of a larger one.
+    of a larger one. Returns (E, 2) edges of each curve, unordered; none if the faces have no
+    border.
 
-    Parameters
-    ----------
     points : (V, 3)
     faces : (N, K) indices of points, counter-clockwise from outside
-
-    Returns
-    -------
-    (E, 2) edges of each curve, unordered; none if the faces have no border
     """
     border = open_edges(faces)
     group = connected(border[:, 0], border[:, 1], len(points))[border[:, 0]]

@@ -175,18 +175,9 @@ class Inspection:
 
 @lru_cache(maxsize=4)
 def inspect(mesh: HexMesh, surface: TriMesh) -> Inspection:
-    """Inspect a hex mesh and its surface; the result is cached for the same objects.
+    """Inspect a hex mesh and the closed surface that it should fill.
 
-    Parameters
-    ----------
-    mesh : HexMesh
-    surface : TriMesh
-        The closed surface that the mesh should fill.
-
-    Returns
-    -------
-    Inspection
-        Its measurements are computed at first access.
+    The result is cached for the same objects; its measurements are computed at first access.
     """
     return Inspection(mesh, surface)
 

@@ -23,18 +23,10 @@ FRAME_SIGNS = np.append(
 
 
 def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
-    """Compute the smallest scaled Jacobian of each hex.
+    """Smallest scaled Jacobian (H,) of each hex (H, 8) of vertices (V, 3).
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    hexes : (H, 8) int array
-
-    Returns
-    -------
-    (H,) array
-        Minimum of det(a, b, c) / (|a| |b| |c|) over the nine frames a, b, c, in [-1, 1]; at most 0
-        for an inverted or flat hex, -1 for an edge without length.
+    It is the minimum of det(a, b, c) / (|a| |b| |c|) over the nine frames a, b, c, in [-1, 1]; at
+    most 0 for an inverted or flat hex, -1 for an edge without length.
     """
     return _scaled_jacobian(
         np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)

@@ -63,8 +63,6 @@ class MeshingSettings:
 def edges_around(wanted: float | str, length: float, size: float) -> float:
     """Smallest number of edges round a hole.
 
-    Parameters
-    ----------
     wanted : the setting `around_hole`
     length, size : circumference of the hole, and the edge length of the hexes, in equal units
     """

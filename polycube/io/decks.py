@@ -24,9 +24,7 @@ Blocks = Sequence[tuple[str, np.ndarray]]  # kind of cells, and numbers of their
 def read_deck(path: Path) -> Arrays:
     """Points and blocks of hexes, as `foreign.parsers.by_meshio`, and number of other solids.
 
-    Raises
-    ------
-    InputError : if the file is damaged, or has several parts with the same node numbers
+    Raises InputError if the file is damaged, or has several parts with the same node numbers.
     """
     text = path.read_text(encoding="latin-1")
     try:

@@ -15,8 +15,6 @@ from polycube.units import METRES, resolved
 def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -> Path:
     """Write the deck for a file `bext` in the same folder; the modes include the six rigid ones.
 
-    Parameters
-    ----------
     analysis : its options `material`, `units`, `modes` and `mass` are used; default: 20 modes of
         steel. A lumped mass, the row sums of the matrix on its diagonal, is the default of LS-DYNA.
     of_file : length unit of the file of the part

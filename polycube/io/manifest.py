@@ -48,17 +48,12 @@ def check(
 ) -> None:
     """Check that files can be written to a folder, and that none of them belongs to the user.
 
-    Parameters
-    ----------
+    Raises InputError if a file would be overwritten, or if the folder is not writable.
+
     folder : path of the folder, which need not exist and is not created
     names : names of the files to be written, relative to the folder
     inputs : input files of the run, never overwritten, even if the program wrote them
     remedy : advice at the end of the error message
-
-    Raises
-    ------
-    InputError
-        If a file would be overwritten, or if the folder is not writable.
     """
     _check_writable(folder)
     _check_names(folder, names, _read(folder), inputs, remedy)
@@ -100,12 +95,8 @@ def append_to(folder: Path, name: str) -> Path:
 def writing(folder: Path, remedy: str = REMEDY) -> Iterator[Path]:
     """Yield a scratch folder; its files are moved to `folder` at the end of the block.
 
-    Nothing is moved if the block raises an exception.
-
-    Raises
-    ------
-    InputError
-        If a file of the user would be overwritten, or if the disk is full or read-only.
+    Nothing is moved if the block raises an exception. Raises InputError if a file of the user would
+    be overwritten, or if the disk is full or read-only.
     """
     with _writable(folder):
         folder.mkdir(parents=True, exist_ok=True)

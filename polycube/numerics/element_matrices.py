@@ -31,8 +31,6 @@ def add_elements(
 ) -> tuple[float, int]:
     """Add the integrals over runs of elements; returns the smallest det J and its element.
 
-    Parameters
-    ----------
     offsets, functions, starts, places, coefficients : ElementFunctions and its sparse matrix
     points, nodes : (B, 3) Bezier points, and (E, 64) those of each element
     weights, values, gradients : (q,), (64, q) and (64, 3 q), of the Bezier functions

@@ -10,8 +10,6 @@ def harmonic(x: np.ndarray, ends: np.ndarray, free: np.ndarray, shift: np.ndarra
 
     The conductance of an edge is its inverse length, so the ends of a short edge move together.
 
-    Parameters
-    ----------
     x : (V, 3) vertices
     ends : (E, 2) edges
     free : (N,) vertices; each is connected to one that is not free

@@ -12,18 +12,10 @@ from polycube.structure.primitives import Item, primitive_config, primitive_name
 def voxels(items: Iterable[Item]) -> dict[str, np.ndarray]:
     """Build primitives.
 
-    Parameters
-    ----------
+    Returns voxels (3, 3, 3) bool of each primitive by its name, see `primitive_name`. Raises
+    InputError if a plugin returns something else, or if two primitives have the same name.
+
     items : names such as "hole_x", or {plugin: name, option: value, ...}
-
-    Returns
-    -------
-    Voxels (3, 3, 3) bool of each primitive by its name, see `primitive_name`.
-
-    Raises
-    ------
-    InputError
-        If a plugin returns something else, or if two primitives have the same name.
     """
     made: dict[str, np.ndarray] = {}
     for item in items:

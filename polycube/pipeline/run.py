@@ -84,12 +84,8 @@ class Run:
     def begin(self) -> RunState:
         """Read the part and propose its first structures.
 
-        Raises
-        ------
-        InputError
-            If the input is invalid, or if no proposal fits the part.
-        MeshingError
-            If the time limit is reached.
+        Raises InputError if the input is invalid, or if no proposal fits the part. Raises
+        MeshingError if the time limit is reached.
         """
         is_loaded = self.results.is_loaded("read")
         state = self.load_input() if is_loaded else self._read(self.settings, self.clock)
@@ -142,14 +138,9 @@ class Run:
     def mesh(self, state: RunState) -> RunState:
         """Make the hexes; see `polycube.search`.
 
-        At the time limit, or if the user ends the run, the result is the best mesh so far.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            If the user ended the run before there was a mesh.
-        MeshingError
-            If there is no mesh.
+        At the time limit, or if the user ends the run, the result is the best mesh so far. Raises
+        KeyboardInterrupt if the user ended the run before there was a mesh. Raises MeshingError if
+        there is no mesh.
         """
         loaded = [stage for stage in self.meshing if self.results.is_loaded(stage.kind)]
         remaining = self.meshing[len(loaded) :]
@@ -164,8 +155,6 @@ class Run:
     def search(self, state: RunState, stages: list[Stage], is_resumed: bool) -> RunState:
         """Search for the best mesh, and run the last stages on it.
 
-        Parameters
-        ----------
         stages : the meshing stages to run
         is_resumed : whether the state has results of earlier stages on the chosen structure, which
             is then the only one

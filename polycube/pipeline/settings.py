@@ -69,10 +69,7 @@ class Settings(Options):
     def of(cls, composed: Node) -> Settings:
         """Check a composed configuration.
 
-        Raises
-        ------
-        InputError
-            If a setting of the whole run is invalid; plugins check their own options.
+        Raises InputError if a setting of the whole run is invalid; plugins check their own options.
         """
         values = {each.name: composed.get(each.name, {}) for each in fields(cls)}
         groups = [each.name for each in fields(cls) if each.type == "Node"]

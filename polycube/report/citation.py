@@ -23,8 +23,6 @@ def bibtex(report: Json, config: Json) -> str:
 
     A plugin class gives its sources in `references`: keys of `references.bib`, or complete entries.
 
-    Parameters
-    ----------
     report : the numbers of `report.json`
     config : the settings, as in `config.json`
     """

@@ -43,14 +43,10 @@ def check_folder(
 ) -> None:
     """Check before any work that the run can write its files without overwriting other files.
 
-    Parameters
-    ----------
-    stages : names of all stages with stored results
+    Raises InputError with the first file that would be overwritten, or the reason why nothing can
+    be written.
 
-    Raises
-    ------
-    InputError
-        With the first file that would be overwritten, or the reason why nothing can be written.
+    stages : names of all stages with stored results
     """
     names = ["run.log", *ALWAYS, *(stage_name(kind) for kind in (*stages, "given"))]
     names += REPAIRED if settings.repair != "off" else ()
@@ -86,8 +82,6 @@ def strings(value: object) -> Iterator[str]:
 def clear_results(folder: Path, settings: Settings, keeps_stages: bool = False) -> None:
     """Remove the unchanged results of an earlier run, so that the folder has only one run.
 
-    Parameters
-    ----------
     keeps_stages : keep the results of its stages, and the repaired surface
     """
     excluded = ("stages/", *REPAIRED) if keeps_stages else ()

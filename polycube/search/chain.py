@@ -87,10 +87,7 @@ class Chain:
     ) -> tuple[RunState, Results]:
         """The state after the stages with replaced options, and the result of each stage.
 
-        Raises
-        ------
-        MeshingError
-            If a stage fails.
+        Raises MeshingError if a stage fails.
         """
         results = {}
         for stage in with_options(stages, options):
@@ -156,11 +153,7 @@ def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
     """Check that the plugins of stages have the options that variants replace.
 
     Variants of particular structures are for the plugins of the bundle: others do without them.
-
-    Raises
-    ------
-    InputError
-        If an option of `meshing.portfolio` is missing.
+    Raises InputError if an option of `meshing.portfolio` is missing.
     """
     plugins = {stage.kind: stage.plugin for stage in stages}
     for name, value in bundle.items():

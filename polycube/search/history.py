@@ -39,10 +39,7 @@ class Move(Protocol):
     def __call__(self, history: History) -> Outcome | None:
         """Make the move: add structures or a mesh to the history.
 
-        Raises
-        ------
-        MeshingError
-            If there is no mesh.
+        Raises MeshingError if there is no mesh.
         """
 
     def describe(self, history: History) -> str:

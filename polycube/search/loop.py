@@ -20,9 +20,7 @@ SECOND = 4e6  # evaluated coordinates that take about a second on one core
 def search(history: History, policy: Policy) -> str | None:
     """Make moves; the best mesh is `history.leader`.
 
-    Returns
-    -------
-    Reason why the search was ended early: "time", "user" or None.
+    Returns the reason why the search was ended early: "time", "user" or None.
     """
     try:
         with history.task.chain.deadline.running():
@@ -37,10 +35,7 @@ def search(history: History, policy: Policy) -> str | None:
 def moves_of(policy: Policy, history: History) -> Iterator[tuple[Move, Expected]]:
     """The moves of a policy; they end with a warning if it raises an exception after a mesh.
 
-    Raises
-    ------
-    MeshingError
-        If the policy raises an exception before there is a mesh.
+    Raises MeshingError if the policy raises an exception before there is a mesh.
     """
     try:
         yield from policy(history, partial(possible, history))

@@ -34,17 +34,13 @@ NEAR = 0.005  # of the diagonal: boundary vertices farther away from the surface
 def partly_fitted_state(task: Task, start: RunState, why: str) -> RunState | None:
     """The state of a structure with its hexes, fitted as far as they stay valid.
 
-    Parameters
-    ----------
+    Returns the state, or None if the hexes are not valid before they are fitted. `unfitted` of the
+    state describes the deviation, unless all boundary vertices are on the surface and the
+    acceptance finds the mesh valid.
+
     task : task with the stages
     start : state from which the structure is meshed
     why : reason why no fitted mesh is valid
-
-    Returns
-    -------
-    The state, or None if the hexes are not valid before they are fitted. `unfitted` of the state
-    describes the deviation, unless all boundary vertices are on the surface and the acceptance
-    finds the mesh valid.
     """
     hexes = _unfitted(task, start)
     if hexes is None or not is_sound(hexes):

@@ -66,10 +66,8 @@ def corner_nodes(spline: Elements) -> np.ndarray:
 def edge_strips(spline: Elements) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges between two faces of the boundary of the same level.
 
-    Returns
-    -------
-    Nodes (4 Q, 2, 4) along the edges of all faces and along the rows beside them, and the numbers
-    (N,) and (N,) of the two edges of faces that meet; edge n is on face n // 4.
+    Returns nodes (4 Q, 2, 4) along the edges of all faces and along the rows beside them, and the
+    numbers (N,) and (N,) of the two edges of faces that meet; edge n is on face n // 4.
     """
     nodes = boundary_nodes(spline).reshape(-1, 4, 4)
     sides = [nodes, nodes.swapaxes(1, 2)[:, ::-1], nodes[:, ::-1, ::-1]]
@@ -140,10 +138,8 @@ def unshared_faces(nodes: np.ndarray) -> np.ndarray:
 def distances(spline: Spline, surface: TriMesh) -> tuple[np.ndarray, np.ndarray]:
     """How far the part is outside the boundary, and how much it is inclined to it.
 
-    Returns
-    -------
-    (Q, N_GAUSS^2) signed distances at the Gauss points of each face, in the units of the part, and
-    the largest angles (Q,) between the normals there, in radians; 0 without CAD faces.
+    Returns (Q, N_GAUSS^2) signed distances at the Gauss points of each face, in the units of the
+    part, and the largest angles (Q,) between the normals there, in radians; 0 without CAD faces.
     """
     goal = target(surface)
     at, du, dv = sampling(spline, *grid(gauss(N_GAUSS)[0]))

@@ -95,12 +95,8 @@ def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElement
     Hexes of 8 nodes are the mesh itself. For 20 and 27, all nodes including the corners are points
     of the spline, or of the trilinear hexes without a spline. det J of every hex is certified
     positive: if it is not, the nodes between its corners are moved to straight edges, also for the
-    neighbours. Hexes with elements of several levels are straight.
-
-    Raises
-    ------
-    ValueError
-        Unless `nodes` is 8, 20 or 27.
+    neighbours. Hexes with elements of several levels are straight. Raises ValueError unless `nodes`
+    is 8, 20 or 27.
     """
     check_nodes(nodes)
     if nodes == 8:

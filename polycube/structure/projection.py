@@ -65,8 +65,6 @@ def nearest_labels(
 ) -> Labels:
     """Label each triangle with the polycube face closest to its image on the polycube.
 
-    Parameters
-    ----------
     alpha : distance equivalent to opposite normals, in cells
     rounds : rounds of the majority vote that removes isolated triangles
     """

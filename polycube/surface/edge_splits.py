@@ -32,14 +32,10 @@ def cut(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Divide the chosen faces at the zeros of a linear function of the vertices.
 
-    Parameters
-    ----------
+    Returns vertices, faces, and the old face of each new one.
+
     chosen : (F,) bool
     level : (V,) the function; vertices with exactly zero are on the cut
-
-    Returns
-    -------
-    vertices, faces, and the old face of each new one
     """
     ends, _, edge = edges(faces)
     touched = np.zeros(len(ends), bool)
@@ -60,9 +56,7 @@ def split(
 
     share : (E,) as numbered by `edges`; nan for an edge that is not split
 
-    Returns
-    -------
-    vertices, faces, and the old face of each new one
+    Returns vertices, faces, and the old face of each new one.
     """
     ends, _, edge = edges(faces)
     is_split = np.isfinite(share)

@@ -28,15 +28,11 @@ STEPS = 100  # three steps at a corner of three faces increase the radius by hal
 def detail_size(goal: Target, across: float, around: float) -> float:
     """Edge length of hexes that is small enough for nearly all walls, holes, slots and curves.
 
-    Parameters
-    ----------
+    It is a share of the diagonal.
+
     goal : the surface
     across : number of hexes across a wall
     around : number of hexes around a hole, or around a circle as wide as a slot
-
-    Returns
-    -------
-    edge length as a share of the diagonal
     """
     _, by_sample = _on_faces(goal, across, around)
     _, by_point, curve = _on_curves(goal)
@@ -51,17 +47,11 @@ def small_details(goal: Target, size: float, across: float, around: float) -> np
     """Points at which hexes of a given size are too large for the details of the surface.
 
     Details are walls, holes and slots, curves shorter than two hexes, and curves closer to others
-    than two hexes.
+    than two hexes. Returns (N, 3) points at unit scale.
 
-    Parameters
-    ----------
     goal : the surface
     size : edge length of the hexes, as a share of the diagonal
     across, around : as in `detail_size`
-
-    Returns
-    -------
-    (N, 3) points at unit scale
     """
     on_faces, by_sample = _on_faces(goal, across, around)
     on_curves, by_point, _ = _on_curves(goal)
@@ -121,20 +111,10 @@ def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def thickness(surface: TriMesh, points: np.ndarray) -> np.ndarray:
-    """Measure the thickness of a solid at points of its surface.
+    """Thickness (N,) of a solid at points (N, 3) on or near its surface, in model units.
 
-    Parameters
-    ----------
-    surface : TriMesh
-        Closed surface of the solid.
-    points : (N, 3) array
-        Points on or near the surface, in model units.
-
-    Returns
-    -------
-    (N,) array
-        Distance between the two walls around each point in model units: the thickness of a plate,
-        the wall of a tube, the diameter of a ball. At most the diagonal.
+    It is the distance between the two walls around each point, and at most the diagonal: the
+    thickness of a plate, the wall of a tube, the diameter of a ball.
     """
     goal = target(surface)
     return goal.scale * widths(goal, goal.to_unit(points))

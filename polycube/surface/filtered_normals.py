@@ -113,16 +113,12 @@ def between_planes(
 ) -> np.ndarray:
     """Find the edges between two planes, excluding those between facets.
 
-    Parameters
-    ----------
+    Returns (E,) bool.
+
     surface : a triangle surface
     normals : (F, 3) unit normals of its triangles
     pairs : (E, 2) triangles at each edge
     most : turn in radians above which an edge is sharp without this test
-
-    Returns
-    -------
-    (E,) bool
     """
     cosine = np.einsum("ed,ed->e", normals[pairs[:, 0]], normals[pairs[:, 1]])
     first, second = pairs[cosine > FLAT].T

@@ -48,14 +48,10 @@ def voxels(surface: TriMesh, rotation: np.ndarray, resolution: int) -> Voxels:
 def inside(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Test which points of a grid are inside a closed surface.
 
-    Parameters
-    ----------
+    Returns (X, Y, Z) bool.
+
     triangles : (F, 3, 3) corners of a closed surface
     x, y, z : (X,), (Y,), (Z,) coordinates, ascending
-
-    Returns
-    -------
-    (X, Y, Z) bool
     """
     x, y = (
         at + off * (np.append(np.diff(at), at[-1] - at[-2]) if len(at) > 1 else 1.0)

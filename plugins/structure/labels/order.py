@@ -151,8 +151,6 @@ def first_hit(
 ) -> tuple[int, float]:
     """First triangle along an axis from a point, and its distance; -1 if there is none.
 
-    Parameters
-    ----------
     corners, bounds : (F, 3, 3) of the triangles, and their lowest and highest coordinates (2, 3, F)
     skip : triangle that does not count
     """

@@ -26,17 +26,12 @@ def planes(surface: TriMesh, axis: int, size: float, doublings: int = 1) -> np.n
 
     Every second plane bounds blocks of two cells, every fourth blocks of four, and so on. Each
     planar face has a plane between the largest blocks, the larger faces first, if no other is
-    close, or else one between smaller blocks.
+    close, or else one between smaller blocks. Returns (2^doublings N + 1,) ascending, from the
+    lowest point of the surface to the highest.
 
-    Parameters
-    ----------
     surface : surface in the frame of the lattice
     size : wanted distance of two planes
     doublings : number of levels of smaller blocks and cells within the largest blocks
-
-    Returns
-    -------
-    (2^doublings N + 1,) ascending, from the lowest point of the surface to the highest
     """
     heights = surface.vertices[:, axis]
     fixed = [float(heights.min()), float(heights.max())]
@@ -84,14 +79,10 @@ def _faces(surface: TriMesh, axis: int, near: float) -> tuple[np.ndarray, np.nda
 def manifold(share: np.ndarray, least: float) -> np.ndarray:
     """Cells with a smallest solid share, and as few changes as needed for a manifold solid.
 
-    Parameters
-    ----------
+    Returns (X, Y, Z) bool.
+
     share : (X, Y, Z) solid share of each cell
     least : share above which a cell is full
-
-    Returns
-    -------
-    (X, Y, Z) bool
     """
     share = _with_walls(share, least)
     full = share >= least

@@ -114,11 +114,8 @@ def turned_contexts(
     """The canonical context of the shape of each context, rotated by each of frames.rotations().
 
     The canonical context of a shape has the most occupied cells; of several, the first is taken.
-
-    Returns
-    -------
-    (C, 24, n_cells) int64 numbers of the primitives, len(primitives) for an empty cell; -1 in all
-    cells if no context has the rotated shape. [:, IDENTITY] are the shapes of the contexts
+    Returns (C, 24, n_cells) int64 numbers of the primitives, len(primitives) for an empty cell; -1
+    in all cells if no context has the rotated shape. [:, IDENTITY] are the shapes of the contexts
     themselves.
     """
     index = {name: i for i, name in enumerate((*primitives, None))}

@@ -86,8 +86,6 @@ def finer_along(
 ) -> Counts:
     """Counts with which even chords of each crease are within a distance for 95 % of its length.
 
-    Parameters
-    ----------
     wanted : distance in diagonals; it is increased until the number of hexes grows by at most a
         half, and is at most `max_hexes`
     """
@@ -133,8 +131,6 @@ def chords_needed(error: Callable[[int], float], wanted: float, least: int, most
 
     If no number meets the distance: the number with the smallest error.
 
-    Parameters
-    ----------
     error : distance for a number of chords, as `chord_error` gives it
     """
     errors: dict[int, float] = {}

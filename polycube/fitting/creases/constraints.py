@@ -190,16 +190,12 @@ def quad_faces(
 ) -> np.ndarray:
     """Find the CAD faces of the boundary quads.
 
-    Parameters
-    ----------
+    Returns (Q,) number of the CAD face; 0 if it is unknown.
+
     problem : the hex mesh and its surface
     x : (V, 3) positions close to the surface, at unit scale
     on_curve : (E,) whether each boundary edge is on the path of a curve
     matched : the curves that have a path
-
-    Returns
-    -------
-    (Q,) number of the CAD face; 0 if it is unknown
     """
     features, region = problem.target.followed, problem.target.surface.region
     if not features.n_faces:

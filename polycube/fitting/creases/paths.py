@@ -147,9 +147,7 @@ def find_routes(
 
     on : distance, in local sizes, up to which edges are on a crease already and are preferred
 
-    Returns
-    -------
-    The paths, the corners (P,) at their ends and the vertices (P,) assigned to them
+    Returns the paths, the corners (P,) at their ends and the vertices (P,) assigned to them.
     """
     mesh = net(problem, x)
     placed = place_corners(features, problem, x, mesh)

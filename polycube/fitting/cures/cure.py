@@ -45,17 +45,13 @@ HELD = (0.5, 1.0, 0.0)
 def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
     """The mesh with fewer poor hexes and with sheets; no cure loses a feature or adds a crossing.
 
-    Parameters
-    ----------
+    Returns the same object if no hex is poor or no cure is successful.
+
     mesh : fitted mesh in model units, with exact features
     target : its surface
     aim : scaled Jacobian below which hexes are poor
     width : permitted distance of poor hexes from the surface, in diagonals
     further : scaled Jacobian below which hexes are improved afterwards, without further sheets
-
-    Returns
-    -------
-    The same object if no hex is poor or no cure is successful.
     """
     cures = _Cures(fitted(mesh, target), aim, width)
     is_complete = cures.run(DENSE)

@@ -141,9 +141,7 @@ def cost(
     gap : (V,) distances of vertices from their goals
     strayed : (V,) distances from exact features, minus the permitted distance
 
-    Returns
-    -------
-    The total cost, and the smallest scaled Jacobian
+    Returns the total cost, and the smallest scaled Jacobian.
     """
     least = float(jacobian.min())
     poor = float(hex_costs(jacobian, aim).sum()) + 10 * (least <= 0)

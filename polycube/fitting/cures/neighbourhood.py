@@ -42,15 +42,11 @@ def neighbourhood(
 ) -> Neighbourhood | None:
     """Extract a neighbourhood.
 
-    Parameters
-    ----------
+    Returns the neighbourhood, or None if the sheet would be pinched or break a path.
+
     fit : the mesh
     seeds : (S,) hexes around which vertices move, without a sheet
     inside : (H,) hexes to surround by a sheet
-
-    Returns
-    -------
-    The neighbourhood, or None if the sheet would be pinched or break a path
     """
     moving = moving_vertices(fit, seeds, inside)
     elements = fit.links.at(moving)

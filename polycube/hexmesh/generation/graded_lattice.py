@@ -35,8 +35,6 @@ def graded(full: np.ndarray, needed: Sequence[np.ndarray]) -> HexMesh | None:
 
     In coarse regions, blocks that are at least half occupied become hexes.
 
-    Parameters
-    ----------
     full : (X, Y, Z) cells of a manifold solid
     needed : for blocks of two cells, of four etc., the cells (X, Y, Z) that need smaller hexes
     """

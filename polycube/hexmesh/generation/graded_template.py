@@ -35,18 +35,13 @@ def graded_mesh(
 ) -> HexMesh | None:
     """Hexes of a polycube each of whose cells is a box; larger ones away from small details.
 
-    Each size is twice the next smaller one.
+    Each size is twice the next smaller one. Returns HexMesh, or None if there would be no gain or
+    if the topology would change.
 
-    Parameters
-    ----------
     size : approximate size of the largest hexes, in model units
     across, around : hexes across a wall and around a hole
     boxes : regions with requested sizes
     wanted : requested sizes at points of the surface
-
-    Returns
-    -------
-    HexMesh, or None if there would be no gain or if the topology would change
     """
     full = polycube.occupancy
     places = goal.to_unit(evaluate(rough_map, np.argwhere(full) + 0.5))

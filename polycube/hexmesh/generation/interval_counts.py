@@ -54,14 +54,9 @@ def demands(
 ) -> list[Demand]:
     """Numbers of parts required by the requests.
 
-    Parameters
-    ----------
-    more : additional parts for each request, negative for fewer; none: the requested numbers
+    Raises InputError if the surface does not have a requested name.
 
-    Raises
-    ------
-    InputError
-        If the surface does not have a requested name.
+    more : additional parts for each request, negative for fewer; none: the requested numbers
     """
     check_requests(surface, requests)
     quads, on_model = quads_of_sets(lattice.near, surface), model_sets(surface)

@@ -35,20 +35,10 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
 
     Triangles from the frontal Delaunay method for quads (Remacle et al. 2013) are combined in
     pairs, and all faces are then divided at the midpoints of their edges. The methods are greedy
-    recombination and Blossom-Quad (Remacle et al. 2012).
-
-    Returns
-    -------
-    For each plane and each successful method: vertices (V, 2), including the points and the
-    midpoints of border edges; quads (Q, 4), counter-clockwise unless folded; region of each quad
-    (Q,)
-
-    Raises
-    ------
-    MissingPackage
-        If Gmsh cannot be loaded.
-    NoBackgroundError
-        If Gmsh returns no quads.
+    recombination and Blossom-Quad (Remacle et al. 2012). Returns for each plane and each successful
+    method: vertices (V, 2), including the points and the midpoints of border edges; quads (Q, 4),
+    counter-clockwise unless folded; region of each quad (Q,). Raises MissingPackage if Gmsh cannot
+    be loaded. Raises NoBackgroundError if Gmsh returns no quads.
     """
     found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
     with tempfile.TemporaryDirectory() as folder:

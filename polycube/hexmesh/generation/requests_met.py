@@ -57,10 +57,8 @@ def wall_of(sets: Mapping[str, np.ndarray], request: Request) -> str:
 def reached(mesh: HexMesh, surface: TriMesh, requests: Sequence[Request]) -> list[float | None]:
     """Count the hexes of a mesh for each request.
 
-    Returns
-    -------
-    Edges on the rim; hexes through the wall, the median over the quads of the face; median edge
-    length on the face, in model units. None if the face has no quads.
+    Returns edges on the rim; hexes through the wall, the median over the quads of the face; median
+    edge length on the face, in model units. None if the face has no quads.
     """
     if not requests:
         return []

@@ -29,8 +29,6 @@ def with_sheet(mesh: HexMesh, inside: np.ndarray, depth: float = 0.5) -> HexMesh
     Vertices between the set and the other hexes keep their positions; those of the set move
     inwards. Boundary quads of the sheet get the patch of the adjacent quad of the set.
 
-    Parameters
-    ----------
     mesh : hex mesh; if it is a part of another mesh, its quads are the boundary quads of that mesh
     inside : (H,) bool, the set; see `has_sheet`
     depth : how far vertices of the set move towards the centres of its hexes, or on the boundary

@@ -195,17 +195,12 @@ def check_number(
 ) -> None:
     """Log the number of hexes of a mesh.
 
-    Parameters
-    ----------
+    Raises MeshingError if the number is too large; the message has a size that is possible.
+
     most : largest number
     request : what the user asked for, such as "size 2"
     size : wanted edge length
     number_at : number of hexes as a function of the size
-
-    Raises
-    ------
-    MeshingError
-        If the number is too large; the message has a size that is possible.
     """
     if number <= most:
         gigabytes = number * BYTES / 2**30

@@ -22,11 +22,8 @@ def locked(folder: Path) -> Iterator[None]:
     """Keep other runs out of a folder, which is made if it does not exist.
 
     The lock ends with the process, also if it is killed. A folder that cannot be written or locked
-    is not locked; a new folder that is still empty at the end is removed.
-
-    Raises
-    ------
-    InputError : if another run has the folder; it names the process, the machine and the time
+    is not locked; a new folder that is still empty at the end is removed. Raises InputError if
+    another run has the folder; it names the process, the machine and the time.
     """
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     file = _taken(folder) if fcntl is not None else None

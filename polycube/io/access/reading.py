@@ -18,10 +18,8 @@ BLOCK = 512  # bytes of a unit of `st_blocks`
 def reading(path: Path) -> Iterator[None]:
     """Check a file before the block that reads it, and name it in the errors of the block.
 
-    Raises
-    ------
-    InputError : if it is not a regular file, if it has holes, or if the block raises InputError,
-        OSError or RecursionError
+    Raises InputError if it is not a regular file, if it has holes, or if the block raises
+    InputError, OSError or RecursionError.
     """
     try:
         if os.path.exists(path):
@@ -54,9 +52,7 @@ def _check_regular(path: Path) -> None:
 def read_json(path: Path, remedy: str = "name the folder of a run") -> Json:
     """Names and values of a JSON file of the program, which may have been edited since.
 
-    Raises
-    ------
-    InputError : if there is no such file, or if it is damaged
+    Raises InputError if there is no such file, or if it is damaged.
     """
     if not path.is_file():
         raise InputError("there is no such file", str(path), remedy)

@@ -31,10 +31,7 @@ def is_cloud(path: Path) -> bool:
 def read_cloud(path: Path) -> Cloud:
     """Points of a file, unchanged.
 
-    Raises
-    ------
-    InputError
-        If the file is empty, damaged or of an unknown kind.
+    Raises InputError if the file is empty, damaged or of an unknown kind.
     """
     if not path.read_bytes().strip():
         raise InputError("the file is empty")
@@ -61,10 +58,7 @@ def _read_xyz(path: Path) -> Cloud:
 def read_pcd(path: Path) -> Cloud:
     """Points of a PCD file (text, binary or compressed), with normals if the file contains them.
 
-    Raises
-    ------
-    InputError
-        If the file is damaged or has no coordinates.
+    Raises InputError if the file is damaged or has no coordinates.
     """
     try:
         columns = _columns(path.read_bytes())

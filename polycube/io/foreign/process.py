@@ -104,9 +104,7 @@ def limit(request: Mapping[str, Any]) -> None:
 def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
     """Arrays that a library of `parsers` reads from a file.
 
-    Raises
-    ------
-    InputError : if the library cannot read the file or does not finish in time
+    Raises InputError if the library cannot read the file or does not finish in time.
     """
     output, errors = read_separately(PARSERS, path, {"library": library})
     if output is None:

@@ -22,15 +22,12 @@ class Soup(NamedTuple):
 def triangulated(vertices: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> Soup:
     """Divide polygons into triangles that lie inside of them and have their orientation.
 
-    Parameters
-    ----------
+    Raises InputError for fewer than three corners, unknown vertices, and polygons that cross
+    themselves.
+
     vertices : (V, 3) coordinates
     corners : (N,) vertex numbers of all polygons in sequence
     sizes : (P,) number of corners of each polygon
-
-    Raises
-    ------
-    InputError : for fewer than three corners, unknown vertices, and polygons that cross themselves
     """
     if (sizes < 3).any():
         raise InputError(f"face {np.argmin(sizes) + 1} has {sizes.min()} corners, not three")

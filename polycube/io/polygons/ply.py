@@ -34,9 +34,7 @@ def read_ply(path: Path) -> Soup:
 def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
     """Columns (V,) of the vertices by name, (N,) corners and (P,) sizes of all polygons.
 
-    Raises
-    ------
-    InputError : if the file is damaged, or has no coordinates
+    Raises InputError if the file is damaged, or has no coordinates.
     """
     if not path.stat().st_size:
         raise InputError("the file is empty")

@@ -49,8 +49,6 @@ def named_faces(
 ) -> Named:
     """The names of a solid and of its faces in a STEP file.
 
-    Parameters
-    ----------
     kinds : kind of surface of each face, as named by gmsh, in the order of Open CASCADE
     corners : the vertices (N, 3) around each face, in the unit of the file
     by : name: the names and groups of faces; layer or colour: the groups are those of this kind

@@ -54,8 +54,6 @@ def bound_sizes(
 ) -> None:
     """Set larger sizes on fillets that would get more than `MOST` triangles.
 
-    Parameters
-    ----------
     faces : tags of all faces of the solid
     size : diagonal of the solid
     segments : requested number of edges on a full turn

@@ -138,10 +138,7 @@ def _flanks(surface: TriMesh) -> Iterator[Thread]:
 def _replaced(surface: TriMesh, thread: Thread) -> TriMesh:
     """The surface with a cylinder instead of a thread, up to the faces at its two ends.
 
-    Raises
-    ------
-    InputError
-        If other faces cut into the cylinder, or cannot be extended to it.
+    Raises InputError if other faces cut into the cylinder, or cannot be extended to it.
     """
     region, (radius, angle, height) = surface.region, thread.polar(surface.vertices)
     near = CLOSE * abs(thread.depth)
@@ -195,16 +192,11 @@ def _ahead(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places in a loop whose angle is larger than all before, and triangles beside the others.
 
-    Parameters
-    ----------
+    Raises InputError if such triangles cross each other, or are on the side of the surface.
+
     vertices, normal : (V, 3) of the surface
     at : (N,) vertices of the loop
     turns : (N,) their angles, with an increase of 2 pi in all
-
-    Raises
-    ------
-    InputError
-        If such triangles cross each other, or are on the side of the surface.
     """
     n = len(at)
     twice = np.append(turns, turns + 2 * np.pi)

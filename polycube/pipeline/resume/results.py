@@ -146,15 +146,7 @@ def save(path: Path, value: object) -> None:
 
 
 def load(path: Path) -> object:
-    """Load a value written by `save`.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    ValueError, KeyError, TypeError, zipfile.BadZipFile
-        If it is damaged, or if values of a class are not in their range (`types.check_values`).
-    """
+    """Load a value written by `save`; raises FileNotFoundError if there is no such file."""
     with np.load(path, allow_pickle=False) as arrays:
         size = sum(each.file_size for each in arrays.zip.infolist())
         if size > LARGEST + RATIO * path.stat().st_size:

@@ -28,10 +28,7 @@ REMEDY = "run the part again without resume="
 def with_earlier_settings(settings: Settings) -> Settings:
     """The settings, with those of stages whose results are loaded taken from the earlier run.
 
-    Raises
-    ------
-    InputError
-        If the user set one of these to another value, which would have no effect.
+    Raises InputError if the user set one of these to another value, which would have no effect.
     """
     start = str(settings.start)
     path = settings.resume and settings.resume / "config.json"

@@ -98,8 +98,6 @@ def full(
 def spline_warnings(numbers: object) -> list[str]:
     """Warnings about the spline, one sentence each.
 
-    Parameters
-    ----------
     numbers : numbers of the spline in `report.json`; empty if there is none
     """
     if not isinstance(numbers, Mapping):

@@ -38,8 +38,6 @@ def summarize(
 ) -> Numbers:
     """Collect the numbers of a run; parts that were not reached are omitted.
 
-    Parameters
-    ----------
     seconds, effort : of the stages, see `polycube.stages.Clock`
     config : the composed settings
     """

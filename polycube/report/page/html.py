@@ -26,8 +26,6 @@ from polycube.types import HexMesh, Json
 def write_report(folder: Path, state: RunState, report: Json, drawing: bool = True) -> Path:
     """Write `folder/report.html`, also for a run that ended early.
 
-    Parameters
-    ----------
     state : state of the run
     report : the numbers of `report.json`, and the settings under "config"
     drawing : whether to draw pictures, which takes seconds; the 3D view is always included
@@ -100,8 +98,6 @@ def _yaml(value: Json, indent: int = 0) -> str:
 def header(report: Json, picture: bytes | None = None) -> Markup:
     """The summary of a run.
 
-    Parameters
-    ----------
     report : the numbers of `report.json`
     picture : the hex mesh, which is shown on paper in place of the 3D view
     """
@@ -132,8 +128,6 @@ def assembly_page(
 ) -> str:
     """HTML of an assembly: a row per solid with a link to its report, and the contacts.
 
-    Parameters
-    ----------
     title : title of the page
     report : the numbers of `report.json`
     mesh : mesh of all solids, with the number of the solid of each hex as `cell`, and the names

@@ -99,15 +99,11 @@ def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
 def cad_edges(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Boundary edges, and the angle of the part there if they lie on a curve between CAD faces.
 
-    Parameters
-    ----------
+    Returns vertices (N, 2), ascending, the two quads (N, 2), and the angle (N,) inside the solid in
+    radians, which is pi away from these curves.
+
     mesh : hex mesh with the sets of its CAD faces
     surface : surface with its CAD faces as `region`
-
-    Returns
-    -------
-    Vertices (N, 2), ascending, the two quads (N, 2), and the angle (N,) inside the solid in
-    radians, which is pi away from these curves.
     """
     goal, face = target(surface), cad_faces(mesh)
     edges, quads = quad_edges(mesh.quads)

@@ -56,10 +56,7 @@ class Cloud(Arrays):
 def checked(cloud: Cloud) -> Cloud:
     """Finite and distinct points, with unit normals if all of them have a normal.
 
-    Raises
-    ------
-    InputError
-        If there are too few points, or all of them lie on a line or in a plane.
+    Raises InputError if there are too few points, or all of them lie on a line or in a plane.
     """
     finite = np.isfinite(cloud.points).all(axis=1)
     _, first = np.unique(cloud.points[finite], axis=0, return_index=True)

@@ -69,10 +69,7 @@ class Reconstruction:
 def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstruction]:
     """Closed surface of points, with triangles that face outwards.
 
-    Raises
-    ------
-    InputError
-        If the points do not bound a solid, or if their normals cannot be oriented.
+    Raises InputError if the points do not bound a solid, or if their normals cannot be oriented.
     """
     cloud = distinct = points.checked(given)
     if options.outliers is not None:

@@ -33,8 +33,6 @@ def acute(surface: TriMesh) -> list[Acute]:
     """Edges of the solid and corners of its CAD faces with angles below `SHARP`, in ascending
     order.
 
-    Parameters
-    ----------
     surface : a closed surface; without CAD faces, folds of single triangles and corners are ignored
     """
     found = [*_edges(surface), *(_corners(surface) if len(surface.region) else ())]

@@ -37,8 +37,6 @@ LOOSE = 0.06  # length per loose end below which a crease is noise
 def features(surface: TriMesh, normals: np.ndarray) -> Features:
     """The graph of the curves of a surface at unit scale.
 
-    Parameters
-    ----------
     surface : surface at unit scale, with CAD faces as `region` if there are any
     normals : (F, 3) unit normals
     """
@@ -71,10 +69,8 @@ def _curve_edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Edges between CAD faces, sharp edges, and edges between planes.
 
-    Returns
-    -------
-    ends (S, 2); angle of the solid (S,); adjacent CAD faces (S, 2), ascending; whether the edge
-    lies between planes at less than the sharp angle (S,)
+    Returns ends (S, 2); angle of the solid (S,); adjacent CAD faces (S, 2), ascending; whether the
+    edge lies between planes at less than the sharp angle (S,).
     """
     first, second = twins(surface.faces)
     a, b = normals[first // 3], normals[second // 3]

@@ -26,14 +26,10 @@ Way = tuple[int, int]  # number of a curve, and the end at which it leaves a cor
 def without_cusps(features: Features) -> Features:
     """Curves for mesh edges to follow: two curves that leave a corner together start as one.
 
-    Parameters
-    ----------
-    features : features of a CAD model; those of a triangle surface are returned unchanged
+    Returns features with one additional corner (the fork) and one additional curve (which leads to
+    it) for each cusp; all others keep their numbers.
 
-    Returns
-    -------
-    Features with one additional corner (the fork) and one additional curve (which leads to it) for
-    each cusp; all others keep their numbers
+    features : features of a CAD model; those of a triangle surface are returned unchanged
     """
     if not features.n_faces:
         return features

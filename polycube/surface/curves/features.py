@@ -98,13 +98,9 @@ class Features:
 def shape_of(points: np.ndarray) -> str:
     """Classify the shape of a polyline.
 
-    Parameters
-    ----------
-    points : (N, 3), at least 2 points
+    Returns "line", "circle" (an arc or a full circle) or "curve".
 
-    Returns
-    -------
-    "line", "circle" (an arc or a full circle) or "curve"
+    points : (N, 3), at least 2 points
     """
     middle = points - points.mean(axis=0)
     extent, axes = np.linalg.svd(middle, full_matrices=False)[1:]

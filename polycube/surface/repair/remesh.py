@@ -145,17 +145,13 @@ def towards_planes(
 ) -> np.ndarray:
     """Points moved to the intersection of the planes of their faces.
 
-    Parameters
-    ----------
+    Returns (V, 3) the new points.
+
     points : (V, 3)
     faces : (F, K) indices of the points
     feet, normals : (F, 3) a point and the unit normal of the plane of each face
     stiffness : stiffness of a point in the directions that its planes do not determine
     step : largest length of a move
-
-    Returns
-    -------
-    (V, 3) the new points
     """
     matrix = np.tile(stiffness * np.eye(3), (len(points), 1, 1))
     vector = np.zeros((len(points), 3))

@@ -21,15 +21,10 @@ VIEWER = re.compile(r'<div class="viewer">.*?</script>\s*</div>', re.DOTALL)
 def write_view(results: Sequence[Path], folder: Path) -> Path:
     """Write `folder/view.html`.
 
-    Parameters
-    ----------
-    results : folders of results, whose reports have the views
+    Raises InputError if a report has no 3D view, if its numbers cannot be read, or if the page
+    would overwrite a file of the user.
 
-    Raises
-    ------
-    InputError
-        If a report has no 3D view, if its numbers cannot be read, or if the page would overwrite a
-        file of the user.
+    results : folders of results, whose reports have the views
     """
     text = _page(results, folder)
     with manifest.writing(folder) as scratch:
