@@ -1,7 +1,5 @@
 """A part as coloured faces that can be picked."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Mapping
 from pathlib import Path

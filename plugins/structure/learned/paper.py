@@ -6,8 +6,6 @@ point of the result is assigned to the point of the part that is next to it, as 
 boxes of both coincide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar

@@ -5,8 +5,6 @@ it can be followed; points on sides that face away are pale. All panels have the
 view and scale, and show the edges of the polycube.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 
