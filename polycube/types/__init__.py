@@ -12,29 +12,3 @@ from polycube.types.polycube import AXES, Labels, Parametrization, PerAxis, Poly
 from polycube.types.solution import Deformation, Modes, Peak, Potential, Solution
 from polycube.types.spline import ElementFunctions, Spline
 from polycube.types.surface import Frame, TriMesh
-
-__all__ = [
-    "AXES",
-    "Candidate",
-    "Deformation",
-    "ElementFunctions",
-    "Frame",
-    "Goal",
-    "HexMesh",
-    "Json",
-    "Labels",
-    "Modes",
-    "Parametrization",
-    "Peak",
-    "PerAxis",
-    "Polycube",
-    "Potential",
-    "Ranked",
-    "RoughMap",
-    "Solution",
-    "Spline",
-    "Tier",
-    "TriMesh",
-    "Verdict",
-    "check_values",
-]

@@ -25,7 +25,7 @@ another Hydra program.
 
 """
 ERRORS = (errors.PolycubeError, errors.InputError, errors.MeshingError)
-DATA = [name for name in types.__all__ if inspect.isclass(getattr(types, name))]
+DATA = sorted(name for name, kind in vars(types).items() if inspect.isclass(kind))
 
 
 def page() -> str:
