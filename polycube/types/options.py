@@ -1,7 +1,8 @@
 """Options: the type of a field of a dataclass says which values it admits.
 
 `Literal["a", "b"]` is a choice, `Annotated[int, limits(1)]` a number with limits, `X | None` has
-null as another value. `Mapping` and `Sequence` admit any content, other types every value.
+null as another value. `Mapping` and `Sequence` admit any content, other types every value; also
+`float | str`, whose words the class knows.
 """
 
 import inspect
@@ -59,7 +60,7 @@ Count = Annotated[int, limits(1)]
 def condition(kind: Any) -> Such:
     """The condition that a type sets on values; a boolean is not a number."""
     origin, args = get_origin(kind), get_args(kind)
-    if origin in (Union, UnionType):
+    if origin in (Union, UnionType) and not {float, str} <= {*args}:
         parts = [condition(each) for each in sorted(args, key=lambda each: each is not NoneType)]
         text = " or ".join(part.text for part in parts)
         return Such(lambda value: any(part.holds(value) for part in parts), text)
