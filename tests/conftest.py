@@ -44,6 +44,13 @@ def root_log() -> Iterator[None]:
     logging.root.setLevel(level)
 
 
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, which is the working directory during the test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.fixture(scope="session")
 def testdata() -> Path:
     """Folder of given parts: POLYCUBE_TESTDATA, else ../shared/testdata; skips when absent."""

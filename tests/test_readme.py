@@ -88,7 +88,7 @@ def check(program: str, *overrides: str) -> None:
 
 
 @pytest.mark.parametrize(("page", "line"), of_all_pages(slow=True))
-def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) -> None:
+def test_a_command_is_right(page: Path, line: str, here: Path) -> None:
     words = shlex.split(line)
     if words[0] == "make":
         targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
@@ -99,8 +99,7 @@ def test_a_command_is_right(page: Path, line: str, tmp_path: Path, monkeypatch) 
         a_module = words[1] == "-m" and find_spec(words[2])
         assert words[0] == "python" and (a_module or (ROOT / words[1]).is_file()), line
         return
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "parts").mkdir()
+    (here / "parts").mkdir()
     for word in words:  # files of vertices that a spline's options read
         if word.endswith(".txt"):
             Path(word.partition("=")[2]).write_text("0 1\n")

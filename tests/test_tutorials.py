@@ -108,8 +108,7 @@ def test_the_printed_lines_of_a_page_are_found() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", SCRIPTS, ids=lambda page: page.stem)
-def test_the_python_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_python_of_a_page_runs(page: Path, here: Path) -> None:
     known: dict = {}
     for script in scripts(page):
         exec(script, known)

@@ -13,11 +13,10 @@ LAST = "meshing.size=3"
 
 
 @pytest.fixture(autouse=True)
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def here(here: Path) -> None:
     for name in ("part.step", "other.stl", "a=b.stl", "part.vtu", "strange"):
-        (tmp_path / name).touch()
-    (tmp_path / "parts").mkdir()
+        (here / name).touch()
+    (here / "parts").mkdir()
 
 
 NAMES = ["part.step", "./part.step", "a=b.stl", "strange", "nowhere.STEP", "parts", "parts/*.stl"]

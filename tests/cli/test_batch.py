@@ -17,12 +17,11 @@ QUICK = ["order=[]", "structure=slices"]
 
 
 @pytest.fixture
-def parts(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "parts").mkdir()
+def parts(here):
+    (here / "parts").mkdir()
     for name in ("b.stl", "a.obj", "notes.txt"):
-        (tmp_path / "parts" / name).touch()
-    return tmp_path / "parts"
+        (here / "parts" / name).touch()
+    return here / "parts"
 
 
 def test_one_part_stays_one_run(parts):

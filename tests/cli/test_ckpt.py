@@ -54,13 +54,10 @@ def test_weights_of_a_grid_and_of_any_structure_serve_their_own_proposals(caplog
 
 
 @pytest.mark.slow
-def test_weights_of_a_new_training_give_proposals(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    train(config("train", *TINY, *SHORT), tmp_path / "training")
-    monkeypatch.chdir(tmp_path)
+def test_weights_of_a_new_training_give_proposals(here: Path) -> None:
+    train(config("train", *TINY, *SHORT), here / "training")
     for path in ("training/checkpoints/last.ckpt", "training/weights", "training"):
-        assert propose(tmp_path / "run", f"ckpt={path}") == "diffusion"
+        assert propose(here / "run", f"ckpt={path}") == "diffusion"
 
 
 def test_a_grid_without_weights_is_refused(tmp_path: Path) -> None:

@@ -198,15 +198,12 @@ def test_a_given_context_is_used(tmp_path):
         ],
     ),
 )
-def test_refusals_are_one_sentence_with_code_2_and_no_files(
-    overrides, sentence, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
+def test_refusals_are_one_sentence_with_code_2_and_no_files(overrides, sentence, here, capsys):
     assert _command(config("quiet=true", "structure=slices", *overrides)) == 2
     errors = capsys.readouterr().err
     assert errors.startswith("error: ") and errors.count("\n") == 1
     assert sentence in errors
-    assert tree(tmp_path) == set()
+    assert tree(here) == set()
 
 
 @pytest.mark.slow

@@ -37,11 +37,10 @@ def tree(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def here(here) -> Path:
     dice = example("dice")
-    write_stl(tmp_path / "dice.stl", dice.vertices, dice.faces)
-    return tmp_path
+    write_stl(here / "dice.stl", dice.vertices, dice.faces)
+    return here
 
 
 def abaqus(path: Path) -> None:

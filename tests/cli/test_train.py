@@ -67,12 +67,9 @@ def test_paper_experiment_is_the_published_setting() -> None:
 
 
 @pytest.mark.slow
-def test_command_writes_weights_checkpoints_and_curves(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_command_writes_weights_checkpoints_and_curves(here: Path) -> None:
     assert command(*SMALL, "schedule=cosine", "sampler=ddim") == 0
-    (run,) = (tmp_path / "outputs" / "train").iterdir()
+    (run,) = (here / "outputs" / "train").iterdir()
     assert {p.name for p in (run / "checkpoints").iterdir()} == {"best.ckpt", "last.ckpt"}
     metrics = json.loads((run / "weights" / "weights.json").read_text())
     assert {
@@ -99,13 +96,10 @@ def test_command_writes_weights_checkpoints_and_curves(
 
 
 @pytest.mark.slow
-def test_a_sweep_has_a_training_for_each_value(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_sweep_has_a_training_for_each_value(here: Path) -> None:
     small = ("trainer.max_epochs=1", "batches_per_epoch=1", "held_out=2")
     assert command("-m", *SMALL, *small, "schedule=linear,cosine", "learning.rate=1e-3") == 0
-    (sweep,) = (tmp_path / "outputs" / "train-sweep").iterdir()
+    (sweep,) = (here / "outputs" / "train-sweep").iterdir()
     assert (sweep / "multirun.yaml").is_file()
     for number, schedule in enumerate(("linear", "cosine")):
         chosen = (sweep / f"{number}" / ".hydra" / "overrides.yaml").read_text()

@@ -42,13 +42,8 @@ def test_a_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
     ),
 )
 def test_a_wrong_option_is_one_sentence_and_exit_code_2(
-    argument: str,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture,
+    argument: str, message: str, here: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     assert command(*SMALL, argument) == 2
     errors = capsys.readouterr().err.strip().splitlines()[-1]
     assert errors.startswith(message)
@@ -62,12 +57,11 @@ def test_held_out_pairs_must_be_shared_evenly(tmp_path: Path) -> None:
 
 
 def test_an_unknown_choice_is_refused_with_those_that_exist(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+    here: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     assert command("schedule=steep") == 2
     assert "cosine" in capsys.readouterr().err
-    assert not os.listdir(tmp_path)
+    assert not os.listdir(here)
 
 
 def test_missing_checkpoint_is_an_input_error(tmp_path: Path) -> None:

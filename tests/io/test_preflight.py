@@ -89,31 +89,29 @@ def command(*overrides: str) -> int:
 
 
 @pytest.mark.slow
-def test_the_command_only_looks_and_writes_on_request_only(damaged, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    before = set(tmp_path.iterdir())
+def test_the_command_only_looks_and_writes_on_request_only(damaged, here, capsys):
+    before = set(here.iterdir())
     assert command(f"mesh={damaged}", "preflight=true") == 2
     output = capsys.readouterr()
     assert "3  open edges" in output.out
     assert output.err.startswith(f"error: {damaged}: ") and output.err.count("\n") == 1
     assert command(f"mesh={damaged}", "preflight=true", "repair=safe") == 0
     assert "usable: closed, genus 0, volume 27" in capsys.readouterr().out
-    assert set(tmp_path.iterdir()) == before
+    assert set(here.iterdir()) == before
     assert command(f"mesh={damaged}", "preflight=places.vtp") == 2
-    made = {tmp_path / "places.vtp", tmp_path / manifest.NAME}
-    assert set(tmp_path.iterdir()) - before == made
+    made = {here / "places.vtp", here / manifest.NAME}
+    assert set(here.iterdir()) - before == made
     assert command(f"mesh={damaged}", "preflight=places.vtp") == 2
     assert "would be overwritten" not in capsys.readouterr().err
 
 
-def test_the_places_never_replace_a_file_of_the_user(damaged, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.vtp").write_text("mine")
+def test_the_places_never_replace_a_file_of_the_user(damaged, here, capsys):
+    (here / "mine.vtp").write_text("mine")
     assert command(f"mesh={damaged}", "preflight=mine.vtp") == 2
     output = capsys.readouterr()
     assert "mine.vtp would be overwritten" in output.err and output.err.count("\n") == 1
     assert output.out == ""  # refused before the work
-    assert (tmp_path / "mine.vtp").read_text() == "mine"
+    assert (here / "mine.vtp").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

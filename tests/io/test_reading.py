@@ -46,8 +46,7 @@ def hole(path: Path) -> None:
         (Path.mkdir, "this is a folder; give one file"),
     ],
 )
-def test_what_is_not_a_file_is_refused(read, suffix, make, sentence, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # names of sockets are short
+def test_what_is_not_a_file_is_refused(read, suffix, make, sentence, here):
     path = Path(f"part{suffix}")
     make(path)
     with pytest.raises(InputError, match=sentence) as refused:

@@ -18,9 +18,8 @@ def test_a_part_that_crosses_itself_is_meshed_with_a_warning(name, pairs, testda
     assert f"surface intersects itself: {pairs} pairs of faces in" in warning and "at (" in warning
 
 
-def test_one_that_is_open_is_refused(testdata, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_one_that_is_open_is_refused(testdata, here, capsys):
     assert _command(config("quiet=true", f"mesh={testdata / 'bad' / 'real_heart_ddpm.obj'}")) == 2
     errors = capsys.readouterr().err
     assert "not closed: 17 edges" in errors and errors.count("\n") == 1
-    assert tree(tmp_path) == set()
+    assert tree(here) == set()

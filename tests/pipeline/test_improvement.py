@@ -105,13 +105,12 @@ def test_an_inverted_hex_is_untangled(tmp_path):
         ],
     ),
 )
-def test_refusals(overrides, sentence, crooked, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_refusals(overrides, sentence, crooked, here, capsys):
     overrides = [text.replace("{box}", str(crooked[0])) for text in overrides]
     assert _command(config("quiet=true", *overrides)) == 2
     errors = capsys.readouterr().err
     assert errors.startswith("error: ") and errors.count("\n") == 1 and sentence in errors
-    assert tree(tmp_path) == set()
+    assert tree(here) == set()
 
 
 @pytest.mark.slow

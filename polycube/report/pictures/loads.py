@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial, reduce
 from operator import add
 from typing import TYPE_CHECKING
@@ -37,23 +37,18 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
     faces = measure(mesh.vertices[mesh.quads])
     size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     is_held, is_loaded = (np.zeros(len(mesh.quads), int) for _ in range(2))
-    cones, arrows = [], []
+    cones = []
     for support in problem.supports:
         own = quads_of(mesh, support.place)
         is_held[own] = 1
         if not isinstance(problem, Conduction):
             cones += _held(support, faces, spread(faces, own, SPACING * size), size)
-    for place, vectors_at in _forces(problem):
-        own = quads_of(mesh, place)
-        is_loaded[own] = 1
-        normals = unit(faces.normal[own])
-        vectors = np.zeros((len(mesh.quads), 3))
-        vectors[own] = vectors_at(faces.middle[own], normals, faces.area[own])
-        lengths = np.linalg.norm(vectors, axis=1)
-        acting = np.flatnonzero(lengths > WEAK * lengths.max())
-        for quad in spread(faces, acting, SPACING * size) if len(acting) else ():
-            at, normal = faces.middle[quad], faces.normal[quad]
-            arrows.append(_pushed(at, normal, vectors[quad], ARROW * size))
+    for place, _ in _forces(problem):
+        is_loaded[quads_of(mesh, place)] = 1
+    arrows = [
+        _pushed(faces.middle[quad], faces.normal[quad], vector, ARROW * size)
+        for quad, vector in pushes(mesh, problem, faces, SPACING * size)
+    ]
     if isinstance(problem, Statics) and any(problem.acceleration):
         arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
@@ -62,6 +57,20 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
     )
     symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
     return from_both_sides([part, *symbols])
+
+
+def pushes(
+    mesh: HexMesh, problem: Problem, faces: Faces, spacing: float
+) -> Iterator[tuple[int, np.ndarray]]:
+    """Quads at which a load has an arrow, and its vector there."""
+    for place, vectors_at in _forces(problem):
+        own = quads_of(mesh, place)
+        vectors = np.zeros((len(mesh.quads), 3))
+        vectors[own] = vectors_at(faces.middle[own], unit(faces.normal[own]), faces.area[own])
+        lengths = np.linalg.norm(vectors, axis=1)
+        acting = np.flatnonzero(lengths > WEAK * lengths.max())
+        for quad in spread(faces, acting, spacing) if len(acting) else ():
+            yield quad, vectors[quad]
 
 
 def _forces(problem: Problem) -> list[tuple[object, Callable[..., np.ndarray]]]:

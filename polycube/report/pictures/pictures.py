@@ -74,13 +74,18 @@ def makers(state: RunState, problem: Problem | None = None) -> dict[str, Callabl
 
 def pictures(state: RunState, problem: Problem | None = None) -> dict[str, bytes]:
     """PNG of all results in the state, GIF of animations."""
+    return draw(made(state, problem))
+
+
+def made(state: RunState, problem: Problem | None = None) -> dict[str, Picture]:
+    """Each picture of a state, except, with a warning, those that cannot be made."""
     found = {}
     for name, make in makers(state, problem).items():
         try:
             found[name] = make()
         except Exception as error:
             logger.warning("no picture of %s: %s", name, error)
-    return draw(found)
+    return found
 
 
 def draw(found: Mapping[str, Picture], seconds: float = 120) -> dict[str, bytes]:

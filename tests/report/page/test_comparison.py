@@ -44,8 +44,7 @@ def test_all_results_are_shown_with_their_numbers(results: Path) -> None:
     assert text.count("<td>Valid hex mesh") == 3 and "<th>b &amp; c</th>" in text
 
 
-def test_links_start_at_the_page(results: Path, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_links_start_at_the_page(results: Path, here: Path) -> None:
     write_view([Path("results/fine/a"), results / "coarse/a"], Path())
     text = Path("view.html").read_text(encoding="utf-8")
     assert 'href="results/fine/a/report.html">fine/a<' in text

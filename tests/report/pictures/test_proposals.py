@@ -44,22 +44,20 @@ def test_polycubes_of_equal_size_lie_in_rows_and_do_not_touch() -> None:
     assert np.isclose(low[4, 0], low[0, 0]) and high[4, 1] < low[0, 1]  # below the first
 
 
-def test_a_section_of_columns_is_shown_instead_of_the_polycube(monkeypatch) -> None:
-    monkeypatch.setattr(pictures, "draw", dict)
+def test_a_section_of_columns_is_shown_instead_of_the_polycube() -> None:
     run = solid("cube")
     swept = [ranked(replace(run.candidate, blocks=run.hexes), "c")]
     state = RunState(run.surface, ranked=swept, polycube=run.polycube, rough_map=run.rough_map)
-    drawn = pictures.pictures(state)
+    drawn = pictures.made(state)
     assert "section" in drawn and "polycube" not in drawn
     assert "foot of each column" in sections.structure(state, {}, {"section": b"\x89PNG"})
 
 
-def test_a_run_with_two_structures_shows_them(monkeypatch) -> None:
-    monkeypatch.setattr(pictures, "draw", dict)
+def test_a_run_with_two_structures_shows_them() -> None:
     surface = solid("cube").surface
-    assert "proposals" not in pictures.pictures(RunState(surface, ranked=ranking(1)))
+    assert "proposals" not in pictures.made(RunState(surface, ranked=ranking(1)))
     drawn = ranked(replace(BLOCK, proposal="diffusion", probability=0.625), "drawn")
     state = RunState(surface, ranked=[*ranking(1), drawn])
-    assert "proposals" in pictures.pictures(state)
+    assert "proposals" in pictures.made(state)
     page = sections.structure(state, {}, {"proposals": b"\x89PNG"})
     assert f"1 {BLOCK.proposal}, 2 diffusion (62%)" in page

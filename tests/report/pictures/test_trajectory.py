@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from polycube.report.pictures.pictures import makers, pictures
+from polycube.report.pictures.pictures import made, makers
 from polycube.report.pictures.trajectory import SIZE, WIDTH, Camera, Trajectory
 
 
@@ -76,8 +76,7 @@ def test_no_denoising_no_picture(run) -> None:
     assert "denoising" not in makers(replace(run, trajectory=None, steps=()))
 
 
-def test_what_cannot_be_drawn_is_a_warning(run, caplog, monkeypatch) -> None:
-    monkeypatch.setattr("polycube.report.pictures.pictures.draw", dict)
-    found = pictures(replace(run, trajectory=run.trajectory[..., :2]))
+def test_what_cannot_be_drawn_is_a_warning(run, caplog) -> None:
+    found = made(replace(run, trajectory=run.trajectory[..., :2]))
     assert "hex" in found and "denoising" not in found
     assert "no picture of denoising" in caplog.text
