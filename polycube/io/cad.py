@@ -10,7 +10,7 @@ import re
 from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -26,7 +26,7 @@ from polycube.surface.measures import volume
 from polycube.surface.repair.clean import clean
 from polycube.types import TriMesh
 from polycube.types.checks import options_of
-from polycube.types.options import Count, Options, limits
+from polycube.types.options import Count, Options, Such, condition, limits
 from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
@@ -35,7 +35,9 @@ BREP = ".brep"
 SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
-CONFORM, SEPARATE = "conform", "separate"
+CONFORM: Final = "conform"
+SEPARATE: Final = "separate"
+ONE_OR_ALL = Such(condition(Count | None).holds, "a whole number, 1 or more, or all")
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
 EFFORT = 4  # the time limit for the removal of features, as a multiple of that of reading
 FEWER = "remove fewer, such as only the smaller ones"
@@ -49,7 +51,7 @@ class Cad(Options):
 
     group = "cad."
 
-    solid: Count | None = None  # number of the solid to read from a file with several, from 1
+    solid: Annotated[int | None, ONE_OR_ALL] = None  # number of that to read of several, from 1
     segments: Annotated[int, limits(6)] = SEGMENTS  # triangle edges on a full turn of a round face
     groups: Literal["name", "colour", "layer", "none"] = "name"  # what names and groups the faces
     units: str | None = None  # length unit of the coordinates in the rest of the run
