@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.analysis.preloads.sections import sections
 from polycube.analysis.problem import Conduction, Preload, Statics
 from polycube.errors import InputError
-from polycube.hexmesh.connectivity import FACES
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline
 
 from .format import TextFormat, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
-from .loads import Loads
 from .text import count, lines, narrow, rendered
+
+if TYPE_CHECKING:
+    from .loads import Loads
 
 # hybrid, incompatible modes, reduced integration; coupled with temperature or pore pressure
 OF_8 = "", "H", "I", "IH", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
@@ -98,6 +98,9 @@ def _sections(loads: Loads | None) -> Iterator[tuple[Preload, np.ndarray]]:
 
     Raises InputError if a deck cannot hold one: solvers cut only hexes with a face in the section.
     """
+    from polycube.analysis.preloads.sections import sections
+    from polycube.hexmesh.connectivity import FACES
+
     if loads is None or not isinstance(loads.problem, Statics) or not loads.problem.preloads:
         return
     mesh, given = loads.mesh, loads.problem.preloads
