@@ -1,12 +1,11 @@
 """Limited-memory BFGS with a backtracking line search that supports infinite values."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
 import numpy as np
-from numba import njit
 
 MEMORY = 8  # pairs of steps and gradient changes
 # length of the blocks of a product: BLAS may divide longer ones by the number of cores
@@ -14,6 +13,8 @@ BLOCK = 8192
 STALL = 1e-9  # relative decrease that ends the search
 
 Function = Callable[[np.ndarray], tuple[float, np.ndarray]]
+# steps (n,), gradient changes (n,) and the inverses of their products, the newest first
+Pairs = deque[tuple[np.ndarray, np.ndarray, float]]
 _EFFORTS: ContextVar[tuple[Counter[str], ...]] = ContextVar("efforts", default=())
 _CHECK: ContextVar[Callable[[], None] | None] = ContextVar("check", default=None)
 
@@ -74,20 +75,20 @@ def descend(
         return function(place)
 
     value, gradient = evaluate(x)
-    pairs = _Pairs(x.size)
+    pairs: Pairs = deque(maxlen=MEMORY)
     for _ in range(iterations):
-        direction, slope = pairs.direction(gradient, step)
+        direction, slope = _direction(pairs, gradient, step)
         if slope >= 0:
-            pairs.number = 0
-            direction, slope = pairs.direction(gradient, step)
+            pairs.clear()
+            direction, slope = _direction(pairs, gradient, step)
         found = _backtrack(evaluate, back, x, value, direction, slope)
         if found is None:
-            if not pairs.number:
+            if not pairs:
                 break
-            pairs.number = 0
+            pairs.clear()
             continue
         moved, lower, turned = found
-        pairs.add(moved - x, turned - gradient)
+        _add(pairs, moved - x, turned - gradient)
         _count("steps")
         decrease = value - lower
         x, value, gradient = moved, lower, turned
@@ -101,73 +102,40 @@ def _count(what: str, number: int = 1) -> None:
         effort[what] += number
 
 
-class _Pairs:
-    """The last steps and gradient changes, which define the inverse Hessian estimate."""
+def _direction(pairs: Pairs, gradient: np.ndarray, step: float) -> tuple[np.ndarray, float]:
+    """Inverse Hessian estimate times gradient, and the slope along it.
 
-    def __init__(self, size: int) -> None:
-        self._changes, self._bends = np.empty((MEMORY, size)), np.empty((MEMORY, size))
-        self._inverses = np.empty(MEMORY)  # inverse curvatures, change . bend
-        self.number, self._next = 0, 0
+    Nocedal and Wright 2006, algorithm 7.4.
 
-    def add(self, change: np.ndarray, bend: np.ndarray) -> None:
-        """Replace the oldest pair, unless the curvature of the new one is not clearly positive."""
-        change, bend = change.reshape(-1), bend.reshape(-1)
-        curvature = _dot(change, bend)
-        if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
-            self._changes[self._next], self._bends[self._next] = change, bend
-            self._inverses[self._next] = 1 / curvature
-            self._next = (self._next + 1) % MEMORY
-            self.number = min(self.number + 1, MEMORY)
-
-    def direction(self, gradient: np.ndarray, step: float) -> tuple[np.ndarray, float]:
-        """Inverse Hessian estimate times gradient, and the slope along it.
-
-        step : largest change of a coordinate if there are no pairs
-        """
-        flat = np.ascontiguousarray(gradient, np.float64).reshape(-1)
-        if self.number:
-            order = (self._next - 1 - np.arange(self.number)) % MEMORY  # newest first
-            direction = _two_loops(flat, self._changes, self._bends, self._inverses, order)
-        else:
-            direction = flat * (step / (np.abs(flat).max() + 1e-30))
+    step : largest change of a coordinate if there are no pairs
+    """
+    flat = np.ascontiguousarray(gradient, np.float64).reshape(-1)
+    if not pairs:
+        direction = flat * (step / (np.abs(flat).max() + 1e-30))
         return direction.reshape(gradient.shape), -_dot(flat, direction)
+    direction, shares = flat.copy(), []
+    for change, bend, inverse in pairs:
+        shares.append(inverse * _dot(change, direction))
+        direction -= shares[-1] * bend
+    _, newest, inverse = pairs[0]
+    direction *= 1 / (inverse * _dot(newest, newest))
+    for (change, bend, inverse), share in zip(reversed(pairs), reversed(shares), strict=True):
+        direction += (share - inverse * _dot(bend, direction)) * change
+    return direction.reshape(gradient.shape), -_dot(flat, direction)
 
 
-@njit(cache=True, nogil=True)
+def _add(pairs: Pairs, change: np.ndarray, bend: np.ndarray) -> None:
+    """Add a pair, unless its curvature is not clearly positive."""
+    change, bend = change.reshape(-1), bend.reshape(-1)
+    curvature = _dot(change, bend)
+    if curvature > 1e-14 * np.sqrt(_dot(change, change) * _dot(bend, bend)):
+        pairs.appendleft((change, bend, 1 / curvature))
+
+
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
     """Scalar product of vectors (n,), independent of the number of cores."""
-    total = 0.0
-    for start in range(0, len(a), BLOCK):
-        total += np.dot(a[start : start + BLOCK], b[start : start + BLOCK])
-    return total
-
-
-@njit(cache=True, nogil=True)
-def _two_loops(
-    gradient: np.ndarray,
-    changes: np.ndarray,
-    bends: np.ndarray,
-    inverses: np.ndarray,
-    order: np.ndarray,
-) -> np.ndarray:
-    """Nocedal and Wright 2006, algorithm 7.4; pairs in order, the newest first."""
-    direction = gradient.copy()
-    shares = np.empty(len(order))
-    for k in range(len(order)):
-        i = order[k]
-        shares[k] = inverses[i] * _dot(changes[i], direction)
-        for j in range(len(direction)):
-            direction[j] -= shares[k] * bends[i, j]
-    newest = order[0]
-    scale = 1 / (inverses[newest] * _dot(bends[newest], bends[newest]))
-    for j in range(len(direction)):
-        direction[j] *= scale
-    for k in range(len(order) - 1, -1, -1):
-        i = order[k]
-        share = shares[k] - inverses[i] * _dot(bends[i], direction)
-        for j in range(len(direction)):
-            direction[j] += share * changes[i, j]
-    return direction
+    cuts = [slice(start, start + BLOCK) for start in range(0, len(a), BLOCK)]
+    return float(sum(np.dot(a[cut], b[cut]) for cut in cuts))
 
 
 def _backtrack(
