@@ -8,7 +8,6 @@ guesses of the next; they change the time, not the result.
 from functools import cached_property, partial
 
 import numpy as np
-from numba import njit
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from polycube.fitting import energy
@@ -117,7 +116,9 @@ class FitProblem:
         smooth : number of smoothing steps of the logarithms
         isotropy : share of the mean of the three directions
         """
-        length = _edge_lengths(np.ascontiguousarray(x, np.float64), self.hexes)
+        ends = x[self.hexes[:, EDGES]]  # (H, 12, 2, 3), four edges in each direction
+        edges = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+        length = edges.reshape(-1, 3, 4).mean(axis=2)
         log = np.log(np.maximum(length, SHORTEST * np.median(length))).ravel()
         for _ in range(smooth):
             log = 0.5 * log + 0.5 * (self._direction_mean @ log)
@@ -222,23 +223,6 @@ class FitProblem:
         touched = np.zeros(len(self.mesh.vertices), bool)
         touched[self.hexes[is_bad]] = True
         return touched
-
-
-@njit(cache=True, nogil=True)
-def _edge_lengths(x: np.ndarray, hexes: np.ndarray) -> np.ndarray:
-    """(H, 3) mean length of the four edges along xi, eta, zeta."""
-    result = np.empty((len(hexes), 3))
-    for h in range(len(hexes)):
-        for k in range(3):
-            total = 0.0
-            for e in range(4 * k, 4 * k + 4):
-                a, b = hexes[h, EDGES[e, 0]], hexes[h, EDGES[e, 1]]
-                square = 0.0
-                for d in range(3):
-                    square += (x[b, d] - x[a, d]) ** 2
-                total += np.sqrt(square)
-            result[h, k] = total / 4
-    return result
 
 
 def _incidence(cells: np.ndarray, n: int) -> csr_matrix:

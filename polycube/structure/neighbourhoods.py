@@ -11,7 +11,7 @@ from scipy.ndimage import label
 
 def solid_genus(occupancy: np.ndarray) -> int | None:
     """Genus of the union of boxes (X, Y, Z); None unless it is one manifold without voids."""
-    full = _padded(occupancy)
+    full = np.pad(occupancy, 1)
     around = codes(full)
     if TABLE[around, 1].any() or label(full)[1] != 1 or label(~full)[1] != 1:
         return None
@@ -24,7 +24,7 @@ def defect(occupancy: np.ndarray, genus: int) -> int:
     It is 0 for one manifold solid without voids with this genus; at least one of the boxes
     (X, Y, Z) is full.
     """
-    full = _padded(occupancy)
+    full = np.pad(occupancy, 1)
     total, pinched = TABLE[codes(full)].sum(axis=(0, 1, 2))
     solids, outside = label(full)[1], label(~full)[1]
     handles = solids + outside - 1 - total // 8
@@ -33,14 +33,7 @@ def defect(occupancy: np.ndarray, genus: int) -> int:
 
 def euler_number(occupancy: np.ndarray) -> int:
     """V - E + F - C of the union of boxes (X, Y, Z)."""
-    return int(TABLE[codes(_padded(occupancy)), 0].sum()) // 8
-
-
-def _padded(occupancy: np.ndarray) -> np.ndarray:
-    """With empty boxes on all sides; faster than np.pad."""
-    full = np.zeros(np.add(occupancy.shape, 2), bool)
-    full[1:-1, 1:-1, 1:-1] = occupancy
-    return full
+    return int(TABLE[codes(np.pad(occupancy, 1)), 0].sum()) // 8
 
 
 def codes(full: np.ndarray) -> np.ndarray:

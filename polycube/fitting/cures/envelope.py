@@ -6,12 +6,10 @@ distance, as in Hu et al. 2020 (Fast tetrahedral meshing in the wild); vertices 
 corners by their permitted distance.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 
 import numpy as np
-from numba import njit
 
 from polycube.fitting import energy
 from polycube.fitting.creases.constraints import Goals
@@ -153,7 +151,7 @@ def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndar
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
         limits = (x, EVERY, reach), (at.place(problem, x), _off(free, at), permitted)
-        back = partial(_limited, limits)
+        back = partial(reduce, _within_distance, limits)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
         x = _close_to_goals(free, at.place(problem, x), permitted, x, aim)
@@ -188,15 +186,6 @@ def _off(near: Neighbourhood, at: Goals) -> np.ndarray:
     return off
 
 
-def _limited(
-    limits: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], x: np.ndarray
-) -> np.ndarray:
-    """Limit positions by goals, directions and permitted distances, in sequence."""
-    for limit in limits:
-        x = _within_distance(*limit, x)
-    return x
-
-
 def _close_to_goals(
     near: Neighbourhood, goal: np.ndarray, permitted: np.ndarray, x: np.ndarray, aim: float
 ) -> np.ndarray:
@@ -204,7 +193,7 @@ def _close_to_goals(
 
     Goals may have changed discontinuously near narrow gaps.
     """
-    limited = _within_distance(goal, EVERY * near.moves[:, None, None], permitted, x)
+    limited = _within_distance(x, (goal, EVERY * near.moves[:, None, None], permitted))
     least = np.minimum(near.problem.scaled_jacobian(x) - SMALL_LOSS, aim)
     while (poor := near.problem.scaled_jacobian(limited) < least).any():
         vertex = np.unique(near.problem.hexes[poor])
@@ -214,23 +203,13 @@ def _close_to_goals(
     return limited
 
 
-@njit(cache=True, nogil=True)
-def _within_distance(
-    goal: np.ndarray, off: np.ndarray, permitted: np.ndarray, x: np.ndarray
-) -> np.ndarray:
-    """Limit positions to the permitted distance from their goals, in the directions `off`."""
-    result = x.copy()
-    away = np.empty(3)
-    for v in range(len(x)):
-        own = off[v % len(off)]
-        square = 0.0
-        for i in range(3):
-            away[i] = 0.0
-            for j in range(3):
-                away[i] += own[i, j] * (x[v, j] - goal[v, j])
-            square += away[i] * away[i]
-        if square > permitted[v] * permitted[v]:
-            excess = 1 - permitted[v] / np.sqrt(square)
-            for i in range(3):
-                result[v, i] -= excess * away[i]
-    return result
+def _within_distance(x: np.ndarray, limit: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
+    """Limit positions to the permitted distance (N',) from goals (N', 3), in some directions.
+
+    limit : the goals, the projectors (N' or 1, 3, 3) onto the directions, and the distances
+    """
+    goal, off, permitted = limit
+    away = (off * (x - goal)[:, None]).sum(axis=2)
+    length = np.sqrt((away**2).sum(axis=1))
+    excess = np.maximum(1 - permitted / np.maximum(length, 1e-300), 0)
+    return x - excess[:, None] * away

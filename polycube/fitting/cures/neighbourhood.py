@@ -91,7 +91,7 @@ def _routes(
     """
     n = len(piece.vertices)
     known, edges = (
-        np.sort(edge_keys(quad_edges(mesh.quads, is_closed=False)[0], n)) for mesh in (whole, piece)
+        edge_keys(quad_edges(mesh.quads, is_closed=False)[0], n) for mesh in (whole, piece)
     )
     place = np.full(len(fit.gap), -1)
     place[used] = np.arange(len(used))
@@ -100,7 +100,7 @@ def _routes(
     for number, path in fit.paths.items():
         crease = fit.target.followed.creases[number]
         sides = path_sides(place[path], crease.is_loop)
-        for run, start, end in _runs(crease.is_loop, _among(known, edge_keys(sides, n))):
+        for run, start, end in _runs(crease.is_loop, np.isin(edge_keys(sides, n), known)):
             vertices = place[path[run]]
             own = crease
             if len(run) < len(path) or start != 0:
@@ -109,7 +109,7 @@ def _routes(
                 high = arc[end % len(path)] + crease.length * (end // len(path))
                 own = crease.piece(arc[start], high)
             sides = path_sides(vertices, own.is_loop)
-            for a, b in sides[~_among(edges, edge_keys(sides, n))].tolist():
+            for a, b in sides[~np.isin(edge_keys(sides, n), edges)].tolist():
                 between = _detour(a, b, twin, edges, n)
                 if between is None:
                     return None
@@ -141,7 +141,7 @@ def _detour(a: int, b: int, twin: np.ndarray, edges: np.ndarray, n: int) -> list
     known = [int(twin[v]) if v < len(twin) else -1 for v in (a, b)]
     for between in ([known[0]], [known[1]], known):
         path = np.array([a, *between, b])
-        if min(between) >= 0 and _among(edges, edge_keys(path_sides(path, False), n)).all():
+        if min(between) >= 0 and np.isin(edge_keys(path_sides(path, False), n), edges).all():
             return between
     return None
 
@@ -154,11 +154,3 @@ def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarra
     pieces = [[a, *detours.get((a, b), [])] for a, b in sides]
     last = [] if is_loop else [path[-1]]
     return np.array([*(v for each in pieces for v in each), *last], np.int64)
-
-
-def _among(ordered: np.ndarray, keys: np.ndarray) -> np.ndarray:
-    """(N,) whether keys are in an ascending array."""
-    if not len(ordered):
-        return np.zeros(len(keys), bool)
-    place = np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)
-    return ordered[place] == keys

@@ -6,7 +6,6 @@ of any outline the triangles do not overlap.
 """
 
 import numpy as np
-from numba import njit
 
 from polycube.surface.measures import diagonal, half_edges, twins
 from polycube.types import TriMesh
@@ -54,7 +53,7 @@ def filling(points: np.ndarray) -> np.ndarray:
     """(N - 2, 3) triangles of least total area, as indices of the points (N, 3) of a loop."""
     middle = points.mean(axis=0)
     scale = np.linalg.norm(np.ptp(points, axis=0)) or 1.0
-    cut = _cuts(np.ascontiguousarray((points - middle) / scale))
+    cut = _cuts((points - middle) / scale)
     triangles, todo = [], [(0, len(points) - 1)]
     while todo:
         i, k = todo.pop()
@@ -79,30 +78,18 @@ def nested(surface: TriMesh, found: list[np.ndarray]) -> np.ndarray:
     return inside
 
 
-@njit(cache=True)
 def _cuts(points: np.ndarray) -> np.ndarray:
     """(N, N) third corner of the triangle on each diagonal of the best triangulation."""
     n = len(points)
-    x, y, z = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
-    square = (x - x.reshape(-1, 1)) ** 2 + (y - y.reshape(-1, 1)) ** 2
-    square += (z - z.reshape(-1, 1)) ** 2
-    cost = np.zeros((n, n))
-    cut = np.zeros((n, n), np.int64)
+    square = ((points[:, None] - points) ** 2).sum(axis=2)
+    cost, cut = np.zeros((n, n)), np.zeros((n, n), np.int64)
     for gap in range(2, n):
-        for i in range(n - gap):
-            k = i + gap
-            best, chosen = np.inf, i + 1
-            for j in range(i + 1, k):
-                known = cost[i, j] + cost[j, k]
-                if known >= best:
-                    continue
-                ax, ay, az = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-                bx, by, bz = x[k] - x[i], y[k] - y[i], z[k] - z[i]
-                u, v, w = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-                area = 0.5 * np.sqrt(u * u + v * v + w * w)
-                edge = square[i, j] + square[i, k] + square[j, k]
-                value = known + area + EVEN * edge
-                if value < best:
-                    best, chosen = value, j
-            cost[i, k], cut[i, k] = best, chosen
+        first = np.arange(n - gap)
+        last, i = first + gap, first[:, None]
+        j, k = i + np.arange(1, gap), i + gap
+        twice = np.linalg.norm(np.cross(points[j] - points[i], points[k] - points[i]), axis=2)
+        edges = square[i, j] + square[i, k] + square[j, k]
+        value = cost[i, j] + cost[j, k] + 0.5 * twice + EVEN * edges
+        best = value.argmin(axis=1)
+        cost[first, last], cut[first, last] = value[first, best], first + 1 + best
     return cut
