@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
-from scipy.sparse import csr_matrix, eye, issparse
+from scipy.sparse import csr_matrix, eye
 from scipy.sparse.linalg import LinearOperator
 
 from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
@@ -26,7 +25,7 @@ from polycube.numerics.conjugate_gradients import (
     conjugate_gradients,
 )
 from polycube.numerics.factorization import Factor, factorize
-from polycube.numerics.products import Symmetric, times
+from polycube.numerics.products import Symmetric
 from polycube.types import ElementFunctions, Spline
 
 logger = logging.getLogger(__name__)
@@ -77,12 +76,11 @@ class Preconditioner:
     def restricted(self, matrix: Symmetric | csr_matrix) -> LinearOperator:
         """Restrict a matrix (C, C) or (n C, n C) of all unknowns to the free ones."""
         number = self.basis.shape[1]
-        multiply = partial(times, matrix) if issparse(matrix) else matrix.__matmul__
         basis = self.basis.astype(np.float64)
 
         def product(x: np.ndarray) -> np.ndarray:
             every = basis @ x
-            found = multiply(every.reshape(matrix.shape[0], -1))
+            found = matrix @ every.reshape(matrix.shape[0], -1)
             return basis.T @ found.reshape(every.shape)
 
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)
@@ -97,7 +95,7 @@ class Preconditioner:
         x = step.copy()
         for _ in range(STEPS - 1):
             every = self.basis @ step
-            mixed = times(values, every.reshape(values.shape[0], -1))
+            mixed = values @ every.reshape(values.shape[0], -1)
             rest -= self.basis.T @ mixed.reshape(every.shape)
             ratio, before = 1 / (2 * middle / half - ratio), ratio
             step = np.float32(ratio * before) * step + np.float32(2 * ratio / half) * rest

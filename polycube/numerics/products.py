@@ -1,4 +1,4 @@
-"""Sparse matrices times blocks of vectors, on several threads.
+"""A symmetric matrix of blocks times vectors, on several threads.
 
 Each part of the rows has its own sums, which are added in a fixed order, so the result does not
 depend on the number of threads.
@@ -56,35 +56,6 @@ class Symmetric:
         for own in sums[1:]:
             sums[0] += own
         return sums[0].reshape(x.shape)
-
-
-def times(matrix: csr_matrix, x: np.ndarray) -> np.ndarray:
-    """Product (C, k) of a sparse matrix with vectors (C, k) of the same precision."""
-    found = np.empty((matrix.shape[0], x.shape[1]), x.dtype)
-    given = (matrix.indptr, matrix.indices, matrix.data, np.ascontiguousarray(x), found)
-    cuts = parts(len(found), LEAST)
-    side_by_side([partial(_rows, *given, cut.start, cut.stop) for cut in cuts])
-    return found
-
-
-@njit(cache=True, nogil=True)
-def _rows(
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    data: np.ndarray,
-    x: np.ndarray,
-    found: np.ndarray,
-    first: int,
-    last: int,
-) -> None:
-    own = np.empty(x.shape[1], x.dtype)
-    for row in range(first, last):
-        own[:] = 0
-        for at in range(indptr[row], indptr[row + 1]):
-            value, there = data[at], x[indices[at]]
-            for m in range(len(own)):
-                own[m] += value * there[m]
-        found[row] = own
 
 
 @njit(cache=True, nogil=True)
