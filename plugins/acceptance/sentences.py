@@ -27,7 +27,8 @@ def failures(goal: Goal, found: Inspection, open_ones: np.ndarray) -> Iterator[s
         needed = f"{least:g} or more" if worst > 0 else "above 0"
         yield f"the smallest scaled Jacobian is {worst:.3f}; it must be {needed}"
     if len(found.crossings):
-        place = np.round(found.crossing_at, 3).tolist()
+        quad = found.mesh.quads[found.crossings[0, 0]]
+        place = np.round(found.mesh.vertices[quad].mean(axis=0), 3).tolist()
         yield (
             f"the boundary intersects itself: {len(found.crossings)} pairs of quads, the first "
             f"at {place}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from polycube.registry import register
-from polycube.types import Candidate, Ranked, Tier, TriMesh
+from polycube.types import Candidate, HexMesh, PerAxis, Ranked, Tier, TriMesh
 
 if TYPE_CHECKING:
     from polycube.fitting.registration import ShortQuality
@@ -99,18 +99,15 @@ class Registration:
         """A candidate with its score and its coarse mesh."""
         from polycube.fitting.registration import matched_curves, register_mesh, short_quality
         from polycube.hexmesh.generation import blocks
-        from polycube.hexmesh.generation.template import counts, mesh
+        from polycube.hexmesh.generation.template import counts
         from polycube.structure.lattice import boundary, corners
-        from polycube.structure.rough_map import identity_map
 
         polycube, size = candidate.polycube, self.size * goal.scale
         if candidate.blocks is not None:
             coarse = blocks.cut(candidate.blocks, blocks.counts(candidate.blocks, size))
             positions = blocks.on_box(coarse.vertices)
         else:
-            parts = counts(polycube, candidate.rough_map, size)
-            positions = mesh(polycube, identity_map(polycube), parts).vertices
-            coarse = mesh(polycube, candidate.rough_map, parts)
+            coarse, positions = _divided(candidate, counts(polycube, candidate.rough_map, size))
         exact = goal.features.n_faces > 0
         effort = self.rounds, self.iterations, self.samples
         hexes = register_mesh(coarse, goal, *effort, features=exact)
@@ -126,15 +123,21 @@ class Registration:
 def _unregistered(candidate: Candidate) -> Ranked:
     """A candidate with its blocks or the boxes of its lattice as hexes, and an infinite score."""
     from polycube.hexmesh.generation.blocks import on_box
+
+    if (blocks := candidate.blocks) is not None:
+        return Ranked(candidate, np.inf, {}, blocks, on_box(blocks.vertices))
+    x, y, z = (np.ones(n, np.int64) for n in candidate.polycube.occupancy.shape)
+    return Ranked(candidate, np.inf, {}, *_divided(candidate, (x, y, z)))
+
+
+def _divided(candidate: Candidate, parts: PerAxis) -> tuple[HexMesh, np.ndarray]:
+    """Hexes of the lattice with parts of each interval, and their vertices on the polycube."""
     from polycube.hexmesh.generation.template import mesh
     from polycube.structure.rough_map import identity_map
 
-    polycube, blocks = candidate.polycube, candidate.blocks
-    if blocks is not None:
-        return Ranked(candidate, np.inf, {}, blocks, on_box(blocks.vertices))
-    x, y, z = (np.ones(n, np.int64) for n in polycube.occupancy.shape)
-    positions = mesh(polycube, identity_map(polycube), (x, y, z)).vertices
-    return Ranked(candidate, np.inf, {}, mesh(polycube, candidate.rough_map, (x, y, z)), positions)
+    polycube = candidate.polycube
+    on_polycube = mesh(polycube, identity_map(polycube), parts).vertices
+    return mesh(polycube, candidate.rough_map, parts), on_polycube
 
 
 def short_score(quality: ShortQuality) -> float:
@@ -157,15 +160,8 @@ def _log(ranked: list[Ranked]) -> None:
         "ranking: score, distances to surface and mesh [% of diagonal], min Jacobian, volume"
     )
     for entry in ranked:
-        n = {key: entry.numbers.get(key, np.nan) for key in COLUMNS}
-        blocks = entry.candidate.blocks
-        logger.info(
-            "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s",
-            entry.score,
-            n["to_surface"],
-            n["to_mesh"],
-            n["min_jacobian"],
-            n["volume_ratio"],
-            entry.candidate.proposal,
-            describe(entry.candidate.polycube) if blocks is None else f"{len(blocks.hexes)} blocks",
-        )
+        polycube, blocks = entry.candidate.polycube, entry.candidate.blocks
+        name = describe(polycube) if blocks is None else f"{len(blocks.hexes)} blocks"
+        numbers = [entry.score, *(entry.numbers.get(key, np.nan) for key in COLUMNS)]
+        form = "  %6.2f %6.2f %6.2f %7.3f %6.3f  %-9s %s"
+        logger.info(form, *numbers, entry.candidate.proposal, name)

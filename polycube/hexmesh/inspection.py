@@ -72,11 +72,6 @@ class Inspection:
         return self.scaled_jacobian > 0 and not len(self.crossings)
 
     @cached_property
-    def crossing_at(self) -> np.ndarray:
-        """(3,) centre of the first quad that crosses another; there must be one."""
-        return self.mesh.vertices[self.mesh.quads[self.crossings[0, 0]]].mean(axis=0)
-
-    @cached_property
     def deviation(self) -> Deviation:
         """Distances between boundary and surface, both directions, as fractions of the diagonal."""
         return quality.deviation_of(self._on_boundary, self._on_surface)

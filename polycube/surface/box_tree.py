@@ -40,12 +40,8 @@ def build(centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     """
     n = len(centre)
     order = np.arange(n)
-    first, last, right = (
-        np.zeros(2 * n, np.int64),
-        np.zeros(2 * n, np.int64),
-        np.zeros(2 * n, np.int64),
-    )
-    begin, end, parent = np.zeros(128, np.int64), np.zeros(128, np.int64), np.zeros(128, np.int64)
+    first, last, right = np.zeros((3, 2 * n), np.int64)
+    begin, end, parent = np.zeros((3, 128), np.int64)
     end[0], parent[0] = n, -1
     top, count = 1, 0
     while top > 0:
