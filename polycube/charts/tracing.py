@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse import csr_array
 
 from polycube.charts.mapped_surface import Sheet, Sides, sides, split
-from polycube.surface.measures import connected, half_edges, twins
+from polycube.surface.measures import connected, half_edges, shortest_path, twins
 
 Cost = Callable[[Sheet, Sides], np.ndarray]  # (E,) cost of the sides; inf: not permitted
 Sector = tuple[int, int] | None
@@ -50,8 +49,10 @@ class Drawing:
         for end, sector in zip(ends, between, strict=True):
             here = np.flatnonzero(usable & (joins == end).any(axis=1))
             usable[here] = np.isin(joins[here].sum(axis=1) - end, self._leaving(end, sector))
-        path = _shortest(joins[usable], weight[usable], ends, len(closed))
-        if path is None:
+        size = len(closed), len(closed)
+        graph = csr_array((weight[usable], tuple(joins[usable].T)), size)
+        path, _ = shortest_path(graph, *ends, directed=False)
+        if len(path) == 0:
             return False
         while len(path) <= least + 1:
             path = self._halve(path)
@@ -118,20 +119,6 @@ class Drawing:
     def _split(self, marked: np.ndarray) -> None:
         self.sheet = split(self.sheet, self.sides, marked)
         self.sides = sides(self.sheet)
-
-
-def _shortest(
-    joins: np.ndarray, weight: np.ndarray, ends: tuple[int, int], n: int
-) -> np.ndarray | None:
-    """Vertices of the cheapest path from ends[0] to ends[1] along edges (E, 2) of n vertices."""
-    graph = csr_matrix((weight, tuple(joins.T)), shape=(n, n))
-    _, before = dijkstra(graph, directed=False, indices=ends[0], return_predecessors=True)
-    path = [ends[1]]
-    while path[-1] != ends[0]:
-        path.append(int(before[path[-1]]))
-        if path[-1] < 0:
-            return None
-    return np.array(path[::-1])
 
 
 def near(line: np.ndarray, width: float) -> Cost:

@@ -7,8 +7,8 @@ fan) and connected.
 """
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from polycube.types import TriMesh
@@ -178,6 +178,17 @@ def connected(first: np.ndarray, second: np.ndarray, size: int) -> np.ndarray:
     """(size,) connected component of each node of the graph with the given links."""
     links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
     return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def shortest_path(
+    graph: csr_array, start: int, end: int, directed: bool = True
+) -> tuple[np.ndarray, float]:
+    """Nodes of the cheapest path of a graph, and its cost; no nodes if there is none."""
+    cost, before = dijkstra(graph, directed, start, return_predecessors=True)
+    path = [end]
+    while path[-1] != start and path[-1] >= 0:
+        path.append(int(before[path[-1]]))
+    return np.array(path[::-1] if path[-1] == start else [], np.int64), float(cost[end])
 
 
 def coincident(points: np.ndarray, near: float) -> tuple[np.ndarray, np.ndarray]:

@@ -4,16 +4,15 @@ The cost of an edge depends on its distance from the crease, on the angle to it,
 that the hexes around it would have.
 """
 
-from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import csr_array
 
 from polycube.fitting.problem import FitProblem
 from polycube.surface.curves.creases import Crease
-from polycube.surface.measures import unit
+from polycube.surface.measures import shortest_path, unit
 
 REACH = 2.0  # largest distance of a vertex, in local sizes
 # costs per length: any edge, squared distance, 1 - cos, deviation of the angle of a hex from 90
@@ -146,36 +145,15 @@ def _cycle(field: Field, anchors: np.ndarray, taken: np.ndarray) -> tuple[np.nda
 
 def _between(field: Field, start: int, end: int, taken: np.ndarray) -> tuple[np.ndarray, float]:
     """Cheapest path between two vertices over free vertices."""
-    no_path = np.zeros(0, np.int64), np.inf
     ends = np.searchsorted(field.vertex, [start, end])
     if start == end or (np.append(field.vertex, -1)[ends] != [start, end]).any():
-        return no_path
+        return np.zeros(0, np.int64), np.inf
     first, last = ends.tolist()
-    path, cost = _shortest(field.first, field.end, field.cost, taken[field.vertex], first, last)
-    return (field.vertex[path], cost) if np.isfinite(cost) else no_path
-
-
-@njit(cache=True)
-def _shortest(
-    first: np.ndarray, end: np.ndarray, cost: np.ndarray, taken: np.ndarray, start: int, goal: int
-) -> tuple[np.ndarray, float]:
-    """Dijkstra's shortest path over free vertices (N,), and its cost."""
-    least = np.full(len(taken), np.inf)
-    before = np.full(len(taken), -1)
-    least[start] = 0.0
-    heap = [(0.0, start)]
-    while len(heap) > 0:
-        here, v = heappop(heap)
-        if v == goal:
-            break
-        if here > least[v]:
-            continue
-        for k in range(first[v], first[v + 1]):
-            w = end[k]
-            if here + cost[k] < least[w] and (w == goal or not taken[w]):
-                least[w], before[w] = here + cost[k], v
-                heappush(heap, (least[w], w))
-    path = [goal]
-    while before[path[-1]] >= 0:
-        path.append(before[path[-1]])
-    return np.array(path[::-1]), least[goal]
+    is_free = ~taken[field.vertex]
+    is_free[ends] = True
+    one = np.repeat(np.arange(len(is_free)), np.diff(field.first))
+    used = is_free[one] & is_free[field.end]
+    links = one[used], field.end[used]
+    graph = csr_array((field.cost[used], links), (len(is_free), len(is_free)))
+    path, cost = shortest_path(graph, first, last)
+    return field.vertex[path], cost

@@ -34,7 +34,8 @@ def test_shortest_paths_are_those_of_scipy():
         cost, taken = rng.random(len(start)), rng.random(30) < 0.2
         first = np.searchsorted(start, np.arange(31))
         a, b = rng.choice(30, 2, replace=False)
-        path, total = routing._shortest(first, end, cost, taken, a, b)
+        net = routing.Field(np.arange(30), first, end, cost)
+        path, total = routing._between(net, a, b, taken)
         free = ~taken
         free[[a, b]] = True
         used = free[start] & free[end]
