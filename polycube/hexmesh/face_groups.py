@@ -58,10 +58,6 @@ class _Borders:
     cosine: np.ndarray  # (P,) cosine between the normals
     inwards: np.ndarray  # (P,) sine of the concave angle
 
-    def components(self, selected: np.ndarray, number: int) -> np.ndarray:
-        """(N,) connected component of each face over the selected borders (P,)."""
-        return connected(self.first[selected], self.second[selected], number)
-
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
@@ -159,8 +155,8 @@ def _cut(points: np.ndarray, faces: np.ndarray, label: np.ndarray) -> _Cut:
     borders = _borders(faces, measured)
     a, b = borders.first, borders.second
     is_smooth = (label[a] == label[b]) & (borders.cosine > SHARP)
-    segment = borders.components(is_smooth, len(faces))
-    piece = borders.components(is_smooth & (direction[a] == direction[b]), len(faces))
+    is_same = is_smooth & (direction[a] == direction[b])
+    segment, piece = (connected(a[on], b[on], len(faces)) for on in (is_smooth, is_same))
     return _Cut(corners, measured, borders, segment, piece, measured.joined(piece))
 
 
