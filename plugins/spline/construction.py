@@ -179,6 +179,8 @@ def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) 
         for place, _ in map(split, options.held)
     )
     borders = union(NO_EDGES, *supported)
+    if options.joined is not None:
+        forced, borders = union(forced, options.joined[0]), union(borders, options.joined[1])
     angle, fold = np.radians(options.angle), options.single_hex_edges
     if surface is None or not len(surface.region):
         return Creases(hexes, forced, angle, fold, borders)

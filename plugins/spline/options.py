@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from polycube.analysis.problem import Cyclic
-from polycube.registry import setting
+from polycube.registry import BY_RUN, setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
 from polycube.types.checks import options_of
@@ -51,6 +51,8 @@ class SplineOptions:
     cyclic: Mapping[str, object] | None = setting("analysis.cyclic", None)
     refine: Refinement = field(default_factory=Refinement)
     fit: Fit = field(default_factory=Fit)
+    # edges (S, 2) of a solid of an assembly: always sharp, and sharp if det J allows it
+    joined: tuple[np.ndarray, np.ndarray] | None = field(default=None, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
         from polycube.analysis.boundary_sets import check_place

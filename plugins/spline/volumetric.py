@@ -87,7 +87,8 @@ class Auto(SplineOptions):
     `error`, as on thin walls with one or two hexes, and for heat conduction, the space is optimal,
     if memory and a limit of 40,000 functions allow it.
     For statics it is h2s: displacement and stress have all continuous tricubic functions anyway. It
-    is h2s with cyclic symmetry as well, because the functions of the two cut faces must be equal.
+    is h2s with cyclic symmetry as well, because the functions of the two cut faces must be equal,
+    and for solids of an assembly that are analysed together.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ class Auto(SplineOptions):
         from .construction import Construction
 
         made = Construction(self, surface, hexes)
-        may_be_larger = self.solves != "static" and self.sector is None
+        may_be_larger = self.solves != "static" and self.sector is None and self.joined is None
         larger = may_be_larger and _is_affordable(made.size())
         if larger and self.solves == "poisson":
             return made.finished(made.best_trial(Optimal.space))

@@ -1,9 +1,9 @@
-"""Stiffness and consistent mass of linear elasticity and of -laplace u on a volumetric spline.
+"""Stiffness and consistent mass of linear elasticity and of -div k grad u on a volumetric spline.
 
 For each element, the gradients g of its functions at Gauss points give S[ai, bj] = int g_ai g_bj,
 and K[ai, bj] = lambda S[ai, bj] + mu S[aj, bi] + mu delta_ij sum_k S[ak, bk]; the trace of S over i
-= j is the matrix of the Laplacian. Elements of one colour are assembled together; their blocks are
-added to the lower triangle of one sparse pattern.
+= j is the matrix of the Laplacian. The moduli are those of the element. Elements of one colour are
+assembled together; their blocks are added to the lower triangle of one sparse pattern.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 
 from polycube.analysis.problem import Material
 from polycube.errors import MeshingError
-from polycube.numerics.element_matrices import add_elements, colours, elastic, zero_matrices
+from polycube.numerics.element_matrices import add_elements, colours, zero_matrices
 from polycube.numerics.products import Symmetric
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import gauss, tensor, volume_basis
 from polycube.types import ElementFunctions, Spline
 
-PAIRS = 10_000  # pairs of functions above which two threads are used
+Value = float | np.ndarray  # of all elements, or (E,) of each
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,27 +41,30 @@ class Elements:
 
 
 def assemble_lower(
-    elements: Elements, poisson: float, n_gauss: int = 4
+    elements: Elements, solid: Material, n_gauss: int = 4
 ) -> tuple[Symmetric, Symmetric]:
-    """Stiffness (3 C, 3 C) for E = 1, and mass (C, C) for density 1.
+    """Stiffness (3 C, 3 C) and mass (C, C) of a material, or of those of the elements.
 
     Displacement i of control point a is at 3 a + i. The mass is the same for the three directions.
     n_gauss : Gauss points per direction. Raises MeshingError if det J <= 0 at a Gauss point.
     """
-    stiffness, mass = assemble_scalar_lower(elements, n_gauss, 3)
-    solid = Material(1.0, poisson, 1.0)
-    cuts = parts(len(stiffness.blocks), PAIRS)
-    side_by_side([partial(elastic, stiffness.blocks[cut], solid.lame, solid.shear) for cut in cuts])
-    return stiffness, mass
+    return _assemble(elements, n_gauss, 3, solid.lame, solid.shear, solid.density)
 
 
 def assemble_scalar_lower(
-    elements: Elements, n_gauss: int = 4, order: int = 1
+    elements: Elements, n_gauss: int = 4, conductivity: Value = 1.0
 ) -> tuple[Symmetric, Symmetric]:
-    """Stiffness of -laplace u and mass, both (C, C). Raises MeshingError as `assemble_lower`.
+    """Stiffness of -div k grad u, and mass, both (C, C). Raises MeshingError as `assemble_lower`.
 
-    order : 3 for the integrals of dN_a/dx_i dN_b/dx_j (3 C, 3 C) instead of their sum over i = j
+    conductivity : k, a number or (E,)
     """
+    return _assemble(elements, n_gauss, 1, conductivity, 0.0, 1.0)
+
+
+def _assemble(
+    elements: Elements, n_gauss: int, order: int, *moduli: Value
+) -> tuple[Symmetric, Symmetric]:
+    """Stiffness with blocks of an order, and mass; `moduli` as for `add_elements`."""
     t, w = gauss(n_gauss)
     values, gradients = volume_basis(t)
     tables = (
@@ -70,12 +73,13 @@ def assemble_scalar_lower(
         np.concatenate(gradients).T.copy(),
     )
     functions = elements.functions
-    gradient, mass = zero_matrices(functions, elements.size, order, 1)
-    matrix = functions.coefficients
+    stiffness, mass = zero_matrices(functions, elements.size, order, 1)
+    matrix, each = functions.coefficients, np.empty((len(elements.nodes), 3))
+    each[:] = np.stack(np.broadcast_arrays(*moduli), axis=-1)
     given = (
         *(functions.offsets, functions.functions, matrix.indptr, matrix.indices, matrix.data),
-        *(elements.points, elements.nodes, *tables),
-        *(gradient.indptr, gradient.indices, gradient.blocks, mass.blocks),
+        *(elements.points, elements.nodes, *tables, each),
+        *(stiffness.indptr, stiffness.indices, stiffness.blocks, mass.blocks),
     )
     for runs in colours(functions, elements.size):
         found = side_by_side(
@@ -86,4 +90,4 @@ def assemble_scalar_lower(
             raise MeshingError(
                 f"analysis needs det J > 0; got {det:.3g} at a Gauss point of element {element}"
             )
-    return gradient, mass
+    return stiffness, mass

@@ -37,7 +37,7 @@ MOST = 300  # largest number of iterations
 
 @dataclass(frozen=True, eq=False)
 class Elasticity:
-    """Stiffness and mass of the functions of the Bezier nodes, for a Young's modulus of 1."""
+    """Stiffness and mass of the functions of the Bezier nodes."""
 
     points: np.ndarray  # (B, 3)
     nodes: np.ndarray  # (E, 64)
@@ -47,7 +47,7 @@ class Elasticity:
     add: csr_matrix  # (B, 64 E) sums at the nodes
 
     @classmethod
-    def of(cls, spline: Spline, poisson: float, n_gauss: int = 4) -> Elasticity:
+    def of(cls, spline: Spline, solid: Material, n_gauss: int = 4) -> Elasticity:
         """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
         n_gauss = max(n_gauss, 4)  # fewer do not determine tricubic functions
         nodes = spline.nodes.ravel()
@@ -56,7 +56,7 @@ class Elasticity:
             nodes=spline.nodes,
             volume=volumes(bezier_points(spline), n_gauss),
             n_gauss=n_gauss,
-            solid=Material(1.0, poisson, 1.0),
+            solid=solid,
             add=csr_matrix(
                 (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))),
                 (spline.extraction.shape[0], len(nodes)),
@@ -69,10 +69,11 @@ class Elasticity:
         return elastic_forces(self.points, self.nodes, displacement, self.n_gauss, *moduli)
 
     def inertia(self, displacement: np.ndarray) -> np.ndarray:
-        """(B, 3) products M u with the mass for a density of 1, of coefficients u (B, 3)."""
+        """(B, 3) products M u with the mass, of coefficients u (B, 3)."""
         values, _ = volume_basis(gauss(self.n_gauss)[0])
+        mass = (self.solid.at().density * self.volume)[..., None]
         moved = np.einsum("qm,emi->eqi", values, displacement[self.nodes], optimize=True)
-        moments = np.einsum("qm,eqi->emi", values, self.volume[..., None] * moved, optimize=True)
+        moments = np.einsum("qm,eqi->emi", values, mass * moved, optimize=True)
         return self.add @ moments.reshape(-1, 3)
 
     def expansion(self, pressure: np.ndarray) -> np.ndarray:
@@ -88,12 +89,13 @@ class Elasticity:
 
     def diagonal(self) -> np.ndarray:
         """(B, 3) energies of the functions that are 1 at one even point of the elements."""
-        shear, lame = self.solid.shear, self.solid.lame
         gradients = volume_basis(gauss(self.n_gauss)[0])[1]
         even = gradients @ TO_BEZIER
         found = np.empty((*self.nodes.shape, 3))
         for start in range(0, len(self.nodes), CHUNK):
             own = slice(start, start + CHUNK)
+            solid = self.solid.at(own)
+            shear, lame = (np.reshape(m, (-1, 1, 1, 1)) for m in (solid.shear, solid.lame))
             inverse = np.linalg.inv(jacobians(self.points[self.nodes[own]], gradients))
             slope = np.einsum("aqm,eqai->eqmi", even, inverse, optimize=True)
             slope **= 2
@@ -131,10 +133,10 @@ class Enrichment:
         for support in supports:
             for component in support.components:
                 is_free[support.nodes(spline), component] = False
-        unshared = unshared_faces(spline.nodes)
+        unshared = unshared_faces(spline.places[spline.nodes])
         inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
         is_free[spline.nodes[inner[:, :1], FACES[inner[:, 1]]]] = False
-        basis = eye(is_free.size, format="csc")[:, is_free.ravel()]
+        basis = _tied(spline.places, is_free)
         if sector is not None:
             basis = sector.basis(is_free, sector.nodes)
         if copies is not None:  # which move together
@@ -176,6 +178,13 @@ def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> n
         logger.warning("warning: the stress recovery did not converge in %d steps", MOST)
     logger.info("stress in continuous functions after %d steps", steps)
     return start + more
+
+
+def _tied(place: np.ndarray, is_free: np.ndarray) -> csr_matrix:
+    """(3 B, K) orthonormal basis of displacements that are free (B, 3), and equal at one place."""
+    shares = 1 / np.sqrt(np.bincount(place)[place])
+    tie = csr_matrix((shares, place, np.arange(len(place) + 1)), (len(place),) * 2)
+    return kron(tie, eye(3), "csr")[:, (tie.T @ ~is_free == 0).ravel()]
 
 
 def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:

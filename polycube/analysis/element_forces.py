@@ -18,18 +18,21 @@ def elastic_forces(
     nodes: np.ndarray,
     displacement: np.ndarray,
     n_gauss: int,
-    shear: float,
-    lame: float,
+    shear: float | np.ndarray,
+    lame: float | np.ndarray,
 ) -> np.ndarray:
     """(B, 3) forces K u of the functions of the Bezier nodes.
 
-    points, displacement : (B, 3) Bezier coefficients.  nodes : (E, 64).  shear, lame : moduli
+    points, displacement : (B, 3) coefficients.  nodes : (E, 64).  shear, lame : moduli, also (E,)
     """
     line, weights = gauss(n_gauss)
-    given = bernstein(line), derivative(line), weights, shear, lame
+    given = bernstein(line), derivative(line), weights
     displacement = np.ascontiguousarray(displacement)
+    moduli = np.empty((len(nodes), 2))
+    moduli[:] = np.stack(np.broadcast_arrays(shear, lame), axis=-1)
     work = [
-        partial(_forces, points, nodes[p], displacement, *given) for p in parts(len(nodes), LEAST)
+        partial(_forces, points, nodes[p], displacement, *given, moduli[p])
+        for p in parts(len(nodes), LEAST)
     ]
     return np.sum(side_by_side(work), axis=0)
 
@@ -42,23 +45,24 @@ def _forces(
     values: np.ndarray,
     slopes: np.ndarray,
     weights: np.ndarray,
-    shear: float,
-    lame: float,
+    moduli: np.ndarray,
 ) -> np.ndarray:
     """(B, 3) forces of some elements; values and slopes (n, 4) of the polynomials on a line."""
     n = len(values)
     found = np.zeros(points.shape)
     net, planes, lines, place, _ = buffers(n)
     moved, by_net, slope = np.empty_like(net), np.empty_like(net), np.empty_like(place)
-    square = np.outer(weights, weights).ravel()
+    square, of_lanes = np.outer(weights, weights).ravel(), np.empty((2, LANES))
     for start in range(0, len(nodes), LANES):
         gather(points, nodes, start, net)
         gather(displacement, nodes, start, moved)
+        for at in range(LANES):
+            of_lanes[:, at] = moduli[min(start + at, len(nodes) - 1)]
         by_net[:] = 0
         for k in range(n):
             tangents(net, values, slopes, k, planes, lines, place)
             tangents(moved, values, slopes, k, planes, lines, slope)
-            _resist(place, slope, weights[k] * square, shear, lame)
+            _resist(place, slope, weights[k] * square, of_lanes[0], of_lanes[1])
             add_back(slope, values, slopes, k, planes, lines, by_net)
         for at in range(min(LANES, len(nodes) - start)):
             for r in range(64):
@@ -69,12 +73,12 @@ def _forces(
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _resist(
-    place: np.ndarray, slope: np.ndarray, weights: np.ndarray, shear: float, lame: float
+    place: np.ndarray, slope: np.ndarray, weights: np.ndarray, shear: np.ndarray, lame: np.ndarray
 ) -> None:
     """Replace the derivatives of u on a plane by those of the energy with respect to them.
 
     place, slope : (n^2, 3, 3 LANES) derivatives of the points and of u by the parameters
-    weights : (n^2,) of the Gauss points
+    weights : (n^2,) of the Gauss points.  shear, lame : (LANES,) moduli
 
     With the cofactors c_k of the Jacobian matrix, du/dx = sum_k du/dk c_k / det J.
     """
@@ -102,8 +106,9 @@ def _resist(
                 + place[s, 0, LANES + x] * cofactor[0, 1, x]
                 + place[s, 0, 2 * LANES + x] * cofactor[0, 2, x]
             )
-            mu = shear * weights[s] / det
-            spread = lame * weights[s] / det * (strain[0, 0, x] + strain[1, 1, x] + strain[2, 2, x])
+            mu = shear[x] * weights[s] / det
+            dilation = strain[0, 0, x] + strain[1, 1, x] + strain[2, 2, x]
+            spread = lame[x] * weights[s] / det * dilation
             for i in range(3):
                 for d in range(i):
                     both = mu * (strain[i, d, x] + strain[d, i, x])

@@ -88,17 +88,18 @@ class Load:
 
 
 def at_points(given: float | str, points: np.ndarray) -> np.ndarray:
-    """(P,) values of a number, or of an expression such as "1e3 * (5 - z)", at points (P, 3).
+    """(...) values of a number, or of an expression such as "1e3 * (5 - z)", at points (..., 3).
 
     Raises InputError where an expression has no finite value.
     """
     if isinstance(given, str):
-        names = {**KNOWN, **dict(zip("xyz", points.T, strict=True)), "__builtins__": {}}
+        places = dict(zip("xyz", np.moveaxis(points, -1, 0), strict=True))
+        names = {**KNOWN, **places, "__builtins__": {}}
         with np.errstate(all="ignore"):
             given = eval(compile(given, "expression", "eval"), names)
-    found = np.broadcast_to(np.asarray(given, np.float64), len(points))
+    found = np.broadcast_to(np.asarray(given, np.float64), points.shape[:-1])
     if not np.isfinite(found).all():
-        at = points[np.isfinite(found).argmin()]
+        at = points.reshape(-1, 3)[np.isfinite(found).argmin()]
         raise InputError(f"an expression of the analysis has no finite value at {at}")
     return found
 

@@ -1,9 +1,9 @@
 """Vibration of an elastic solid: the lowest modes of K u = omega^2 M u, free or supported.
 
-The problem is solved for unit diagonal, E = 1 and density 1, and scaled to SI units: omega^2 by E /
-(density L^2), mass by density L^3. The modes are computed in double precision, with a Cholesky
-factor of K - shift M in single precision as preconditioner, for a shift slightly below zero; in
-large models with an approximate inverse.
+The problem is solved for unit diagonal, mean E = 1 and mean density 1, and scaled to SI units:
+omega^2 by E / (density L^2), mass by density L^3. The modes are computed in double precision, with
+a Cholesky factor of K - shift M in single precision as preconditioner, for a shift slightly below
+zero; in large models with an approximate inverse.
 """
 
 import logging
@@ -57,6 +57,7 @@ def free_modes(
     Shapes are normalised to u^T M u = 1 with M in kg. Raises ValueError if there are fewer than
     n_modes + 1 degrees of freedom, and MeshingError if det J <= 0.
 
+    material : that of the solid, or with values (E,) of the elements
     length_unit : unit of the control points, see METRES
     n_gauss : Gauss points per direction
     lumped : use the row sums of M instead of M; less accurate
@@ -71,9 +72,10 @@ def free_modes(
         raise ValueError(f"modes must be in [1, {constraints.basis.shape[1] - 1}]; got {n_modes}")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal, offset=spline.offset / diagonal)
-    stiffness, mass = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
+    solid, young, density = material.scaled()
+    stiffness, mass = assemble_lower(Elements.of(unit), solid, n_gauss)
     each = mass @ np.ones(mass.shape[0])  # mass of each function
-    near = approximate_inverse(unit, constraints, material.poisson, SHIFT)
+    near = approximate_inverse(unit, constraints, solid, SHIFT)
     spare = SPARE[near is not None] if enrich else 0
     number = min(n_modes + spare, constraints.basis.shape[1] - 1)
     inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
@@ -83,22 +85,20 @@ def free_modes(
         points = constraints.points(spline.control)
         values, vectors = lowest(free, free_inertia, number, points)
     else:
-        solid = near.restricted(stiffness), near.restricted(inertia)
-        values, vectors = davidson(*solid, near, number, SHIFT, TOLERANCE)
+        both = near.restricted(stiffness), near.restricted(inertia)
+        values, vectors = davidson(*both, near, number, SHIFT, TOLERANCE)
     shapes = (constraints.basis @ vectors).T.reshape(number, -1, 3)
     rigid = min(number, free_rigid_motions(spline, constraints))
     errors = np.zeros(0)
     if enrich:
-        values, errors = _enriched(
-            unit, material.poisson, n_gauss, constraints, values, shapes, rigid
-        )
+        values, errors = _enriched(unit, solid, n_gauss, constraints, values, shapes, rigid)
         order = np.argsort(values, kind="stable")[:n_modes]
         values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
-    weight = material.density * length**3
+    weight = density * length**3
     logger.info("%d modes of %d degrees of freedom", n_modes, constraints.basis.shape[1])
     return Modes(
-        eigenvalues=values * material.young / (material.density * length**2),
+        eigenvalues=values * young / (density * length**2),
         shapes=shapes / np.sqrt(weight),
         mass=weight * each.sum(),
         units={"length": length_unit, "mass": "kg", "time": "s", "frequency": "Hz"},
@@ -109,7 +109,7 @@ def free_modes(
 
 def _enriched(
     spline: Spline,
-    poisson: float,
+    solid: Material,
     n_gauss: int,
     constraints: Constraints,
     values: np.ndarray,
@@ -124,8 +124,7 @@ def _enriched(
     """
     vertices = len(np.unique(spline.nodes[:, CORNERS]))
     rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
-    solid, poor = Material(1.0, poisson, 1.0), poor_elements(spline)
-    elasticity = Elasticity.of(spline, poisson, n_gauss)
+    elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
     given = constraints.supports, None, constraints.sector
     enrichment = Enrichment.of(spline, elasticity, *given)
     found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
@@ -141,7 +140,8 @@ def _enriched(
         coupled = (more * resisting).sum() ** 2 / mass
         found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
         stress = gradient_field(spline, moved, solid.stress, poor)
-        density[:, i] = field_of(spline, stress, solid.work) - value * (moved**2).sum(axis=1)
+        fields = np.column_stack([stress, value * (moved**2).sum(axis=1)])
+        density[:, i] = field_of(spline, fields, solid.gain)
     off = rest * (values - found) + distance_error(spline, density)
     return found, off / values.clip(TINY) / 2
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.analysis.assembly import Value
 from polycube.analysis.boundary_sets import edge_trace, sets_of_sides, trace
 from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
@@ -44,8 +45,11 @@ def singular_places(
     loaded: Sequence[np.ndarray],
     radius: float,
     sector: Sector | None = None,
+    young: Value = 1.0,
 ) -> list[Singular]:
     """Sharp re-entrant edges, borders of supports, supported edges, and loads on a small area.
+
+    So are the borders between elements with different Young's moduli, a number or (E,).
 
     An area is small if it is less than that of a disc of the radius.
 
@@ -64,6 +68,8 @@ def singular_places(
     pairs = np.sort(np.stack([first, second], axis=1), axis=1)
     is_inner = is_among(pairs, np.sort(spline.inner_edges, axis=1))
     found = along((angle > FREE) | is_inner, "sharp inner edge")
+    own = np.broadcast_to(young, len(spline.nodes))[spline.sides[:, 0]]
+    found += along(own[first] != own[second], "border between two materials")
     for support in supports:
         is_supported = np.isin(np.arange(len(spline.sides)), support.faces)
         is_border = is_supported[first] != is_supported[second]
@@ -131,7 +137,7 @@ def peaks(
     ----------
     displacement : (B, 3) displacement of the stress
     von_mises : (B,) recovered stress
-    von_mises_of : function of displacement gradients (P, 3, 3) -> (P, 1)
+    von_mises_of : function of displacement gradients, see `gradient_field`; n = 1
     poor : (E,) whether an element is badly shaped; such elements are only used if all are
     radius : distance from a singular place within which points belong to it, as do elements that
         touch it

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from polycube.analysis import recovery
-from polycube.analysis.assembly import Elements, assemble_scalar_lower
+from polycube.analysis.assembly import Elements, Value, assemble_scalar_lower
 from polycube.analysis.boundary_sets import faces_of, trace
 from polycube.analysis.constraints import Support, constrain
 from polycube.analysis.cyclic import Sector
@@ -24,7 +24,7 @@ logger = logging.getLogger(__name__)
 
 def conduct(
     spline: Spline,
-    conductivity: float,
+    conductivity: Value,
     supports: Sequence[Support],
     flows: Sequence[Flow] = (),
     source: float | np.ndarray = 0.0,
@@ -36,7 +36,7 @@ def conduct(
 
     Raises InputError if u is not given anywhere, and MeshingError if det J <= 0.
 
-    conductivity : W/(m K)
+    conductivity : W/(m K), a number or (E,) of the elements
     source : W/m^3, or its coefficients (C,)
     cyclic : the part is a sector, and each sector has the same temperatures
     """
@@ -47,25 +47,26 @@ def conduct(
     metre = METRES[length_unit]
     sector = None if cyclic is None else Sector.of(spline, cyclic)
     constraints = constrain(spline, supports, 1, sector)
-    stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss)
-    stiffness.blocks[:] *= conductivity * metre
+    inner = conductivity * metre
+    stiffness, mass = assemble_scalar_lower(Elements.of(spline), n_gauss, inner)
     supplied = metre**3 * (mass @ np.broadcast_to(source, mass.shape[:1]))
     for flow in flows:
         here = trace(spline, faces_of(spline, flow.place))
         given = flow.flux(here.points, here.normals) if callable(flow.flux) else flow.flux
         supplied = supplied + metre**2 * here.moments(np.broadcast_to(given, here.area.shape))
     basis, offset = constraints.basis, constraints.offset
-    near = approximate_inverse(spline, constraints)
+    near = approximate_inverse(spline, constraints, inner)
     solve, _ = solvers(stiffness, constraints, constraints.points(spline.control), near)
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     nodal = spline.extraction @ u
     line, _ = gauss(n_gauss)
-    solution = spline, nodal, lambda slope: -conductivity / metre * slope[:, 0]
+    each = np.broadcast_to(conductivity, len(spline.nodes))[:, None]
+    solution = spline, nodal, lambda u, own: -each[own, None] / metre * u[..., 0, :]
     flux = recovery.gradient_field(*solution)
     error, energy = recovery.energy_error(
         recovery.volumes(bezier_points(spline), n_gauss),
-        lambda field: (field**2).sum(axis=-1) / conductivity,
+        lambda field: (field**2).sum(axis=-1) / each,
         volume_basis(line)[0] @ flux[spline.nodes],
         recovery.at_places(*solution, line),
     )
@@ -73,7 +74,7 @@ def conduct(
     heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])
     fields = np.column_stack([2 * heat, nodal - nodal.min(), flux])
     gain = recovery.field_of(
-        spline, fields, lambda x: x[:, 0] * x[:, 1] - (x[:, 2:] ** 2).sum(axis=1) / conductivity
+        spline, fields, lambda x: x[..., 0] * x[..., 1] - (x[..., 2:] ** 2).sum(axis=-1) / each
     )
     apart = float(distance_error(spline, gain)) / max(energy, recovery.TINY)
     return Potential(

@@ -15,8 +15,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, eye
 from scipy.sparse.linalg import LinearOperator
 
-from polycube.analysis.assembly import Elements, assemble_lower, assemble_scalar_lower
+from polycube.analysis.assembly import Elements, Value, assemble_lower, assemble_scalar_lower
 from polycube.analysis.constraints import Constraints
+from polycube.analysis.problem import Material
 from polycube.errors import MeshingError
 from polycube.numerics.conjugate_gradients import (
     ITERATIONS,
@@ -109,12 +110,11 @@ def is_factored(spline: Spline) -> bool:
 
 
 def approximate_inverse(
-    spline: Spline, constraints: Constraints, poisson: float | None = None, shift: float = 0.0
+    spline: Spline, constraints: Constraints, solid: Material | Value, shift: float = 0.0
 ) -> Preconditioner | None:
-    """Approximate inverse of the Laplacian, or with Poisson's ratio of K - shift M of elasticity.
+    """Approximate inverse of K - shift M of an elastic solid, or of K of a conductivity.
 
-    K and M are those for Young's modulus and density 1. None if the spline has fewer than LIMIT
-    functions, or functions that do not belong to vertices.
+    None if the spline has fewer than LIMIT functions, or functions that do not belong to vertices.
     """
     if len(spline.control) < LIMIT:
         return None
@@ -122,10 +122,10 @@ def approximate_inverse(
     if model is None or abs(basis.T @ basis - eye(basis.shape[1])).max() > ORTHONORMAL:
         return None
     try:
-        if poisson is None:
-            stiffness, _ = assemble_scalar_lower(model.elements, N_GAUSS)
+        if not isinstance(solid, Material):
+            stiffness, _ = assemble_scalar_lower(model.elements, N_GAUSS, solid)
         else:
-            stiffness, mass = assemble_lower(model.elements, poisson, N_GAUSS)
+            stiffness, mass = assemble_lower(model.elements, solid, N_GAUSS)
             stiffness.blocks[:] -= shift * mass.blocks * np.eye(3)
     except MeshingError:  # the hexes of the vertices are worse than the spline
         return None
@@ -179,7 +179,7 @@ class VertexModel:
     @classmethod
     def of(cls, spline: Spline) -> VertexModel | None:
         """The model of a spline, or None if its functions do not belong to vertices."""
-        used, corners = np.unique(spline.nodes[:, CORNERS], return_inverse=True)
+        used, corners = np.unique(spline.places[spline.nodes[:, CORNERS]], return_inverse=True)
         if len(used) != len(spline.control) or spline.level.any():
             return None
         rows = csr_matrix(spline.extraction[used])

@@ -3,8 +3,8 @@
 Lengths and displacements are in the unit of the part; all other quantities are in SI units.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,12 @@ from polycube.analysis.loads import Load, Vector
 from polycube.surface.measures import unit
 from polycube.types.checks import is_number
 
+EQUAL = np.array([1.0, 1, 1, 0, 0, 0])  # a stress that is equal in all directions
+
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic linear elastic material in SI units."""
+    """Isotropic linear elastic material in SI units; values (E,) are those of each element."""
 
     young: float  # Pa
     poisson: float
@@ -25,11 +27,28 @@ class Material:
     expansion: float = 0.0  # linear thermal expansion, 1/K
 
     def __post_init__(self) -> None:
-        if not (self.young > 0 and self.density > 0 and -1 < self.poisson < 0.5):
+        is_stable = (self.young > 0) & (-1 < self.poisson) & (self.poisson < 0.5)
+        if not np.all(is_stable & (self.density > 0)):
             raise ValueError(
                 f"material needs young > 0, density > 0 and -1 < poisson < 0.5; got "
                 f"young={self.young:g}, poisson={self.poisson:g}, density={self.density:g}"
             )
+
+    @classmethod
+    def of_elements(cls, materials: Sequence["Material"], solid: np.ndarray) -> "Material":
+        """The materials of elements, by the number (E,) of the solid of each."""
+        return cls(*np.array([astuple(each) for each in materials])[solid].T)
+
+    def at(self, elements: np.ndarray | slice = slice(None)) -> "Material":
+        """The material of some elements (e,), with values (e, 1) if they differ."""
+        values: Any = [np.asarray(each) for each in astuple(self)]
+        return Material(*(each[elements, None] if each.ndim else each for each in values))
+
+    def scaled(self) -> tuple["Material", float, float]:
+        """The material divided by a mean Young's modulus and a mean density, and these."""
+        young, density = float(np.mean(self.young)), float(np.mean(self.density))
+        own = replace(self, young=self.young / young, density=self.density / density)
+        return own, young, density
 
     @property
     def shear(self) -> float:
@@ -41,18 +60,24 @@ class Material:
         """First parameter of Lame in Pa."""
         return 2 * self.shear * self.poisson / (1 - 2 * self.poisson)
 
-    def stress(self, slope: np.ndarray) -> np.ndarray:
-        """(P, 6) stresses xx yy zz yz zx xy of displacement gradients (P, 3, 3)."""
-        strain = (slope + slope.swapaxes(1, 2)) / 2
-        dilation = np.trace(strain, axis1=1, axis2=2)[:, None, None]
-        stress = 2 * self.shear * strain + self.lame * dilation * np.eye(3)
-        return stress[:, [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+    def stress(self, slope: np.ndarray, elements: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """(..., 6) stresses xx yy zz yz zx xy of gradients (..., 3, 3), or (e, q, 3, 3)."""
+        own = self.at(elements)
+        shear, lame = (np.asarray(each)[..., None] for each in (own.shear, own.lame))
+        double = (slope + slope.swapaxes(-1, -2))[..., [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
+        dilation = np.trace(slope, axis1=-2, axis2=-1)[..., None]
+        return shear * double + lame * dilation * EQUAL
 
     def work(self, stress: np.ndarray) -> np.ndarray:
-        """(...) products of stress and elastic strain, of stresses (..., 6) xx yy zz yz zx xy."""
+        """(...) products of stress and elastic strain, of stresses (..., 6), or (E, q, 6)."""
+        own = self.at()
         squares = (stress[..., :3] ** 2).sum(axis=-1) + 2 * (stress[..., 3:] ** 2).sum(axis=-1)
         trace = stress[..., :3].sum(axis=-1)
-        return ((1 + self.poisson) * squares - self.poisson * trace**2) / self.young
+        return ((1 + own.poisson) * squares - own.poisson * trace**2) / own.young
+
+    def gain(self, fields: np.ndarray) -> np.ndarray:
+        """(E, q) density times the last of fields (E, q, 7), minus the work of the stresses."""
+        return self.at().density * fields[..., 6] - self.work(fields[..., :6])
 
     @property
     def thermal(self) -> float:
@@ -192,8 +217,8 @@ class Problem:
 
     units: str
     supports: tuple[Prescribed, ...]
-    # those of the solids of an assembly, by `HexMesh.cell`; empty if there is one solid
-    materials: tuple[Material, ...] = field(default=(), kw_only=True)
+    # those, or the conductivities, of the solids of an assembly; empty if there is one solid
+    materials: tuple[Any, ...] = field(default=(), kw_only=True)
     cyclic_symmetry: Cyclic | None = field(default=None, kw_only=True)
 
     @property

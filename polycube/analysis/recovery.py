@@ -2,7 +2,8 @@
 
 The gradient of a tricubic solution is most accurate at the 3^3 Gauss points of every element
 (Barlow 1976). The values there are extrapolated to the Bezier points by a triquadratic polynomial
-and averaged over the elements that share a point, so the field is continuous where the geometry is.
+and averaged over the elements that share a node, so the field is continuous where these do. The
+elements of different solids share none: stresses jump where the material changes.
 """
 
 from collections.abc import Callable
@@ -28,7 +29,8 @@ CARRY = TO_BEZIER @ tensor(*[_QUADRATIC] * 3)  # (64, 27)
 SAFETY = 2.0
 TINY = np.finfo(float).tiny
 
-OfGradient = Callable[[np.ndarray], np.ndarray]
+OfField = Callable[[np.ndarray], np.ndarray]
+OfGradient = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of gradients and elements
 
 
 def gradient_field(
@@ -37,7 +39,7 @@ def gradient_field(
     """(B, n) Bezier coefficients of a function of the gradient, averaged where elements meet.
 
     nodal : (B,) or (B, m) Bezier coefficients of the solution
-    of : function of du_a/dx_i (P, m, 3) -> (P, n)
+    of : function of du_a/dx_i (e, q, m, 3) on elements (e,) -> (e, q, n)
     poor : (E,) elements that are used only at points without other elements
     """
     values = CARRY @ at_places(spline, nodal, of, BARLOW)
@@ -63,7 +65,7 @@ def at_places(
     for chunk in np.array_split(elements, len(elements) // CHUNK + 1):
         slope = jacobians(local[chunk], gradients)
         slope = slope @ np.linalg.inv(jacobians(points[chunk], gradients))  # (e, q, d, i)
-        found.append(of(slope.reshape(-1, *slope.shape[2:])).reshape(*slope.shape[:2], -1))
+        found.append(of(slope, chunk))
     return np.concatenate(found)
 
 
@@ -79,7 +81,7 @@ def jacobians(points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
 
 
 def energy_error(
-    volume: np.ndarray, work: OfGradient, recovered: np.ndarray, raw: np.ndarray
+    volume: np.ndarray, work: OfField, recovered: np.ndarray, raw: np.ndarray
 ) -> tuple[float, float]:
     """Error of a field in the energy norm, relative (Zienkiewicz and Zhu 1987), and its energy.
 
@@ -92,14 +94,13 @@ def energy_error(
     return np.sqrt(rest / max(own, TINY)), energy
 
 
-def field_of(spline: Spline, nodal: np.ndarray, of: Callable) -> np.ndarray:
+def field_of(spline: Spline, nodal: np.ndarray, of: OfField) -> np.ndarray:
     """(B,) Bezier coefficients of a function of a field, exact at the points of `samples`.
 
     nodal : (B, n) Bezier coefficients of the field
-    of : function (P, n) -> (P,)
+    of : function of values (E, 64, n) -> (E, 64)
     """
-    found = of(samples(spline, nodal).reshape(-1, nodal.shape[1])).reshape(-1, 64, 1)
-    return _shared(spline, TO_BEZIER @ found)[:, 0]
+    return _shared(spline, TO_BEZIER @ of(samples(spline, nodal))[..., None])[:, 0]
 
 
 def samples(spline: Spline, nodal: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ the stress sigma(epsilon) - c T of a solid that expands, with c = (3 lambda + 2 
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import approximate_inverse, solvers
 from polycube.analysis.preloads.sections import Cut
-from polycube.analysis.problem import Cyclic, Material, Preload, Rotation
+from polycube.analysis.problem import EQUAL, Cyclic, Material, Preload, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis
@@ -34,8 +33,6 @@ from polycube.types import Deformation, Spline
 from polycube.units import METRES
 
 logger = logging.getLogger(__name__)
-
-EQUAL = np.array([1.0, 1, 1, 0, 0, 0])  # a stress that is equal in all directions
 
 
 def deform(
@@ -57,6 +54,7 @@ def deform(
     Raises InputError if the supports leave rigid motions free or a preload has no section, and
     MeshingError if det J <= 0.
 
+    material : that of the solid, or with values (E,) of the elements
     supports : prescribed displacements in the length unit of the part
     acceleration : gravity in m/s^2
     away : distance from a singular place, in diagonals, within which points belong to it
@@ -75,15 +73,16 @@ def deform(
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)
-    stiffness, _ = assemble_lower(Elements.of(unit), material.poisson, n_gauss)
+    solid, young, density = material.scaled()
+    stiffness, _ = assemble_lower(Elements.of(unit), solid, n_gauss)
     faces = [faces_of(spline, load.place) for load in loads]
     cut = Cut.of(spline, preloads, supports, sector)
     spline = cut.spline
-    elasticity = Elasticity.of(replace(spline, control=unit.control), material.poisson, n_gauss)
+    elasticity = Elasticity.of(replace(spline, control=unit.control), solid, n_gauss)
     points = spline.extraction @ spline.control
     # the same solid with one function for each Bezier node
     nodal = replace(spline, control=points, extraction=eye(len(points), format="csr"))
-    metre, density = METRES[length_unit], material.density
+    metre = METRES[length_unit]
     pull = np.zeros_like(points) + acceleration
     if rotation is not None:
         pull += metre * rotation.acceleration(points)
@@ -93,12 +92,13 @@ def deform(
         push = load.traction_at(here.points, here.normals, here.area, metre)
         on_nodes += here.moments(push) * metre**2
     # pressure of a solid that cannot expand
-    heat = material.thermal * recovery.field_of(spline, points, partial(at_points, temperature))
-    swelling = elasticity.expansion(heat / material.young)
+    thermal = material.at().thermal
+    heat = recovery.field_of(spline, points, lambda x: thermal * at_points(temperature, x))
+    swelling = elasticity.expansion(heat / young)
     # for displacements in diagonals
-    scaled = on_nodes / (material.young * metres**2) + swelling
+    scaled = on_nodes / (young * metres**2) + swelling
     basis, offset = constraints.basis, constraints.offset / diagonal
-    near = approximate_inverse(unit, constraints, material.poisson)
+    near = approximate_inverse(unit, constraints, solid)
     solve, rough = solvers(stiffness, constraints, constraints.points(spline.control), near)
 
     def coarse(rest: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ def deform(
         one += basis @ solve(basis.T @ (push - stiffness @ one))
     fields = [spline.extraction @ one.reshape(-1, 3) for one in u]
     fields[1:] = [own + jump for own, jump in zip(fields[1:], cut.jumps, strict=True)]
-    newtons = material.young * metres**2
+    newtons = young * metres**2
     amounts = cut.tightening(elasticity, fields, scaled, newtons)
     residual = (stiffness @ (amounts @ u) - amounts @ forces) * newtons
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
@@ -124,12 +124,12 @@ def deform(
     moved = np.tensordot(amounts, fields, axes=1)
     radius = away * diagonal
     displacement = moved * diagonal
-    singular = singular_places(spline, supports, faces, radius, sector)
+    singular = singular_places(spline, supports, faces, radius, sector, material.young)
     volume = elasticity.volume * metres**3
     stresses = _stresses(spline, material, displacement, heat, volume, singular, radius)
     # what a layer on the boundary adds to twice the energy, see `shape`
-    gain = recovery.field_of(spline, stresses["stress"], material.work)
-    gain = 2 * density * metre * (displacement * pull).sum(axis=1) - gain
+    push = 2 * metre * (displacement * pull).sum(axis=1)
+    gain = recovery.field_of(spline, np.column_stack([stresses["stress"], push]), material.gain)
     energy = max(2 * stresses["strain_energy"], recovery.TINY)
     apart = float(distance_error(spline, gain)) * metre**3 / energy
     most = np.linalg.norm(recovery.samples(spline, displacement), axis=2).max()
@@ -143,7 +143,7 @@ def deform(
         supports=tuple(support.name for support in supports),
         reactions=constraints.reactions(residual),
         load=on_nodes.sum(axis=0),
-        mass=float(density * volume.sum()),
+        mass=float((material.at().density * volume).sum()),
         units={"length": length_unit, "stress": "Pa", "force": "N", "energy": "J", "mass": "kg"},
         displacement_error=(recovery.SAFETY * stresses["stress_error"] ** 2 + apart) * float(most),
         **stresses,
@@ -166,8 +166,8 @@ def _stresses(
     volume : (E, q) of the Gauss points, in m^3
     """
 
-    def equivalent_of(slope: np.ndarray) -> np.ndarray:
-        return von_mises(material.stress(slope))[:, None]
+    def equivalent_of(slope: np.ndarray, elements: np.ndarray) -> np.ndarray:
+        return von_mises(material.stress(slope, elements))[..., None]
 
     poor = poor_elements(spline)
     stress = recovery.gradient_field(spline, displacement, material.stress, poor)
@@ -191,7 +191,7 @@ def _stresses(
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
-    """(P,) equivalent stress of stresses (P, 6) xx yy zz yz zx xy."""
-    direct, shear = stress[:, :3], stress[:, 3:]
-    differences = direct - np.roll(direct, 1, axis=1)
-    return np.sqrt((differences**2).sum(axis=1) / 2 + 3 * (shear**2).sum(axis=1))
+    """(...) equivalent stress of stresses (..., 6) xx yy zz yz zx xy."""
+    direct, shear = stress[..., :3], stress[..., 3:]
+    differences = direct - np.roll(direct, 1, axis=-1)
+    return np.sqrt((differences**2).sum(axis=-1) / 2 + 3 * (shear**2).sum(axis=-1))

@@ -1,1 +1,1 @@
-"""Assemblies of several solids: contacts, agreement of their meshes there, and a common mesh."""
+"""Assemblies of several solids: contacts, agreement of meshes there, common mesh and spline."""

@@ -1,4 +1,4 @@
-"""Compiled integrals of products of functions and of their gradients, added to matrices."""
+"""Compiled integrals of elasticity, conduction and mass over elements, added to matrices."""
 
 import numpy as np
 from numba import njit
@@ -24,6 +24,7 @@ def add_elements(
     weights: np.ndarray,
     values: np.ndarray,
     gradients: np.ndarray,
+    moduli: np.ndarray,
     indptr: np.ndarray,
     indices: np.ndarray,
     stiffness: np.ndarray,
@@ -34,9 +35,10 @@ def add_elements(
     offsets, functions, starts, places, coefficients : ElementFunctions and its sparse matrix
     points, nodes : (B, 3) Bezier points, and (E, 64) those of each element
     weights, values, gradients : (q,), (64, q) and (64, 3 q), of the Bezier functions
+    moduli : (E, 3) first parameter of Lame, or conductivity for n = 1; shear modulus; density
     indptr, indices : lower triangle by rows
-    stiffness : (Z, n, n) of dN_a/dx_i dN_b/dx_j for n = 3, of their sum over i = j for n = 1
-    mass : (Z, 1, 1) of N_a N_b
+    stiffness : (Z, n, n) for n = 3 components, or of -div k grad u for n = 1
+    mass : (Z, 1, 1) of N_a N_b times the density
     """
     q, n = len(weights), stiffness.shape[1]
     least, worst, count = np.inf, -1, -1
@@ -68,7 +70,7 @@ def add_elements(
         for end in range(BAND, len(side) + BAND, BAND):
             products[end - BAND : end, :end] = np.dot(side[end - BAND : end], side[:end].T)
         np.dot(shape, shape.T, masses)
-        _add(own, indptr, indices, products, stiffness, masses, mass)
+        _add(own, indptr, indices, products, stiffness, masses, mass, moduli[element])
     return least, worst
 
 
@@ -105,18 +107,22 @@ def _add(
     stiffness: np.ndarray,
     masses: np.ndarray,
     mass: np.ndarray,
+    moduli: np.ndarray,
 ) -> None:
-    """Add the blocks of an element with functions (f,), ascending."""
-    n = stiffness.shape[1]
+    """Add the blocks of an element with functions (f,), ascending, and with moduli (3,)."""
+    n, (lame, shear, density) = stiffness.shape[1], moduli
     for a in range(len(own)):
         at = indptr[own[a]]
         for b in range(a + 1):
             while indices[at] < own[b]:
                 at += 1
-            mass[at, 0, 0] += masses[a, b]
+            mass[at, 0, 0] += density * masses[a, b]
+            r, c = a * n, b * n
             for i in range(n):
                 for j in range(n):
-                    stiffness[at, i, j] += products[a * n + i, b * n + j]
+                    both = lame * products[r + i, c + j] + shear * products[r + j, c + i]
+                    stiffness[at, i, j] += both
+                    stiffness[at, j, j] += shear * products[r + i, c + i]
 
 
 @njit(cache=True, nogil=True)
@@ -124,20 +130,6 @@ def _elements(runs: np.ndarray, number: int) -> np.ndarray:
     """Elements of runs, for a given total number."""
     found = (runs[:, None] * RUN + np.arange(RUN)).ravel()
     return found[found < number]
-
-
-@njit(cache=True, nogil=True)
-def elastic(blocks: np.ndarray, lame: float, shear: float) -> None:
-    """Convert gradient products S[i, j] of pairs of functions (Z, 3, 3) to stiffness."""
-    for pair in range(len(blocks)):
-        s = blocks[pair]
-        laplace = shear * (s[0, 0] + s[1, 1] + s[2, 2])
-        for i in range(3):
-            for j in range(i):
-                upper, lower = s[j, i], s[i, j]
-                s[i, j] = lame * lower + shear * upper
-                s[j, i] = lame * upper + shear * lower
-            s[i, i] = (lame + shear) * s[i, i] + laplace
 
 
 def zero_matrices(functions: ElementFunctions, size: int, *orders: int) -> list[Symmetric]:

@@ -63,7 +63,7 @@ def corner_nodes(spline: Elements) -> np.ndarray:
     return boundary_nodes(spline)[:, [0, 3, 15, 12]]
 
 
-def edge_strips(spline: Elements) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def edge_strips(spline: Spline) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges between two faces of the boundary of the same level.
 
     Returns nodes (4 Q, 2, 4) along the edges of all faces and along the rows beside them, and the
@@ -73,7 +73,7 @@ def edge_strips(spline: Elements) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     sides = [nodes, nodes.swapaxes(1, 2)[:, ::-1], nodes[:, ::-1, ::-1]]
     sides.append(sides[1][:, ::-1, ::-1])
     strips = np.stack([side[:, :2] for side in sides], axis=1).reshape(-1, 2, 4)
-    ends = np.sort(strips[:, 0, [0, 3]], axis=1)
+    ends = np.sort(spline.places[strips[:, 0, [0, 3]]], axis=1)
     order = np.lexsort(ends.T)
     same = np.flatnonzero((ends[order][1:] == ends[order][:-1]).all(axis=1))
     return strips, order[same], order[same + 1]

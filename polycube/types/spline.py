@@ -38,6 +38,8 @@ class Spline(Arrays):
     offset : (Q, 25) distance by which the part is outside each boundary face, at 5^2 Gauss points;
         no rows if it is not known
     tilt : (Q,) largest angle between the normals of the part and of each boundary face, in radians
+    place : (B,) first Bezier node at the place of each: solids of an assembly have own nodes, with
+        equal rows of the extraction; empty if no two nodes are at one place
     """
 
     control: Annotated[np.ndarray, "C 3"]
@@ -52,18 +54,25 @@ class Spline(Arrays):
     inner_edges: Annotated[np.ndarray, "R 2 int"] = field(default_factory=lambda: np.zeros((0, 2)))
     offset: Annotated[np.ndarray, "P 25"] = field(default_factory=lambda: np.zeros((0, 25)))
     tilt: Annotated[np.ndarray, "P"] = field(default_factory=lambda: np.zeros(0))
+    place: Annotated[np.ndarray, "N int"] = field(default_factory=lambda: np.zeros(0))
 
     bounds: ClassVar = {
         "nodes": "extraction",
         "sides": ("nodes", 6),
         "sets": "sides",
         "inner_edges": "sides",
+        "place": "extraction",
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.extraction.shape[1:] != (len(self.control),):
             raise ValueError(f"Spline.extraction must have {len(self.control)} columns")
+
+    @property
+    def places(self) -> np.ndarray:
+        """(B,) `place`, or the number of each node."""
+        return self.place if len(self.place) else np.arange(self.extraction.shape[0])
 
     def element_functions(self, elements: slice = slice(None)) -> ElementFunctions:
         """Extraction operators of elements, without functions that vanish there."""

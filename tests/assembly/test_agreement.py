@@ -7,31 +7,11 @@ import pytest
 
 from polycube.assembly.combined import agreements, combined
 from polycube.assembly.contacts import Contact
-from polycube.hexmesh.connectivity import PLACES, check_conforming, hex_mesh
+from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
+from tests.fixtures.blocks import block
 
 ENDS = ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max")
-
-
-def block(low, counts, seed=0):
-    """Unit cubes from `low`, in any order, with CAD faces 1 to 6 as its ends."""
-    rng = np.random.default_rng(seed)
-    size = np.array(counts) + 1
-    points = np.argwhere(np.ones(size))
-    number = rng.permutation(len(points))
-    vertices = np.empty((len(points), 3))
-    vertices[number] = points + np.array(low, float)
-    corners = np.argwhere(np.ones(counts))[:, None] + PLACES
-    hexes = number[np.ravel_multi_index(np.moveaxis(corners, 2, 0), size)]
-    mesh = hex_mesh(vertices, rng.permutation(hexes))
-    middle = mesh.vertices[mesh.quads].mean(axis=1) - low
-    sets, cad_face = {}, np.zeros(len(mesh.quads), int)
-    for axis in range(3):
-        for side, place in enumerate((0, counts[axis])):
-            number = 2 * axis + side + 1
-            sets[f"cad_face_{number}"] = np.flatnonzero(middle[:, axis] == place)
-            cad_face[middle[:, axis] == place] = number
-    return replace(mesh, sets=sets, cad_face=cad_face)
 
 
 def meet(first, second, area, f=2, g=1):

@@ -120,10 +120,13 @@ class Cut:
             table[own] = len(origin) + np.arange(len(own))
             nodes[layer], origin = table[nodes[layer]], np.append(origin, own)
         sets = spline.sets or sets_of_sides(spline)
-        torn = replace(spline, nodes=nodes, extraction=spline.extraction[origin], sets=sets)
+        extraction, alone = spline.extraction[origin], spline.place[:0]
+        torn = replace(spline, nodes=nodes, extraction=extraction, sets=sets, place=alone)
+        is_shared = (np.bincount(spline.places) > 1)[spline.places]  # with another solid
         jumps = np.zeros((len(preloads), len(origin), 3))
         for jump, preload, (section, _) in zip(jumps, preloads, found, strict=True):
-            held = np.isin(origin, [] if sector is None else sector.nodes)
+            held = is_shared[origin]
+            held[np.isin(origin, [] if sector is None else sector.nodes)] = True
             for support in supports:
                 if preload.direction[list(support.components)].any():
                     held[support.nodes(torn)] = True
@@ -133,8 +136,9 @@ class Cut:
             step = _step(torn, joined, (front, origin[front]), held)
             if step is None:
                 raise InputError(
-                    f"{preload} has a section at a support, at a cut face, at a border between "
-                    "refined and other hexes, or with too few hexes around it; move the point"
+                    f"{preload} has a section at a support, at a cut face, at another solid, at a "
+                    "border between refined and other hexes, or with too few hexes around it; "
+                    "move the point"
                 )
             jump += step[:, None] * preload.direction
         copies = csr_matrix((np.ones(len(origin)), (np.arange(len(origin)), origin)))
