@@ -62,7 +62,7 @@ class Modal(OfProblem):
         problem = self.problem
         modes = free_modes(
             spline,
-            problem.material,
+            self.of_elements or problem.material,
             problem.modes,
             problem.units,
             self.gauss,

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from polycube.analysis.loads import check_expression
 from polycube.analysis.problem import Cyclic
 from polycube.analysis.supports import AXES, is_number, split
 from polycube.kinds import StatesProblem
+from polycube.registry import BY_RUN
 from polycube.types import Json
 from polycube.types.checks import options_of
 from polycube.units import AUTO, checked_unit
@@ -32,6 +33,8 @@ class OfProblem(StatesProblem):
     units: str = field(default=AUTO, kw_only=True)
     gauss: int = field(default=4, kw_only=True)
     cyclic: Cyclic | None = field(default=None, kw_only=True)
+    # Material with values (E,), or conductivities (E,), of the elements of an assembly
+    of_elements: Any = field(default=None, kw_only=True, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "units", checked_unit(self.units))

@@ -63,7 +63,7 @@ class Poisson(OfProblem):
         problem = self.problem
         found = conduct(
             spline,
-            problem.conductivity,
+            problem.conductivity if self.of_elements is None else self.of_elements,
             supports(spline, problem.supports),
             problem.flows,
             problem.source,

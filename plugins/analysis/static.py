@@ -117,7 +117,7 @@ class Static(OfProblem):
         problem = self.problem
         found = deform(
             spline,
-            problem.material,
+            self.of_elements or problem.material,
             supports(spline, problem.supports),
             problem.loads,
             problem.acceleration,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval2d, polyvander2d
@@ -114,13 +114,14 @@ class Loads:
         return own.young * self._metre**2, own.poisson, own.density * self._metre**4
 
     @property
-    def sections(self) -> list[tuple[str, str, Material | None]]:
-        """Set of hexes, name and values of each material; no values for conduction."""
-        given = self.problem.materials
+    def sections(self) -> list[tuple[str, str, Any]]:
+        """Set of hexes, name and values of each material; for conduction its conductivity."""
+        given, own = self.problem.materials, self.problem
         if not given:
-            return [("all", "material", getattr(self.problem, "material", None))]
-        own = zip(self.mesh.primitives, given, strict=True)
-        return [(f"primitive_{name}", f"material_{name}", each) for name, each in own]
+            value = getattr(own, "material", getattr(own, "conductivity", None))
+            return [("all", "material", value)]
+        each = zip(self.mesh.primitives, given, strict=True)
+        return [(f"primitive_{name}", f"material_{name}", value) for name, value in each]
 
     @cached_property
     def supports(self) -> list[Support]:

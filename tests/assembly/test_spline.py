@@ -11,6 +11,7 @@ from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
 from polycube.analysis.loads import Load
 from polycube.analysis.modal import free_modes
+from polycube.analysis.peaks import singular_places
 from polycube.analysis.poisson import conduct
 from polycube.analysis.problem import Flow, Material
 from polycube.analysis.recovery import samples
@@ -81,14 +82,25 @@ def test_functions_on_an_interface_depend_on_its_vertices_alone():
     assert copies.max() == 4  # on the line where four blocks meet
 
 
-def test_a_linear_displacement_is_exact_where_four_blocks_meet():
-    spline = spline_of_all(SQUARE)
+LUG = [block([0, 0, 0], (4, 4, 1)), block([1, 1, 1], (2, 2, 2), 1)]
+
+
+@pytest.mark.parametrize("parts", [SQUARE, LUG], ids=["four around a line", "small on large"])
+def test_a_linear_displacement_is_exact_across_contacts(parts):
+    spline = spline_of_all(parts)
     slope = np.array([[0.1, 0.2, 0.0], [-0.3, 0.4, 0.7], [0.5, 0.0, -0.2]]) * 1e-3
     every = Support("all", np.arange(len(spline.sides)), value=lambda x: x @ slope.T)
     found = deform(spline, Material(3.0, 0.3, 2.0), [every], length_unit="m")
     wanted = spline.extraction @ spline.control @ slope.T
     assert found.displacement == pytest.approx(wanted, abs=1e-12)
     assert np.ptp(found.stress, axis=0) == pytest.approx(np.zeros(6), abs=1e-11)
+
+
+def test_the_corner_between_two_solids_is_a_sharp_inner_edge():
+    spline = spline_of_all(LUG)
+    foot = Support("z_min", faces_of(spline, "z_min"))
+    kinds = [each.what for each in singular_places(spline, [foot], [], 0.1)]
+    assert kinds == ["sharp inner edge", "border of z_min"]
 
 
 def test_bars_in_series_under_tension_are_exact(bar):

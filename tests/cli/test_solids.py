@@ -198,6 +198,75 @@ def test_the_deck_of_all_states_materials_supports_and_loads(done, cubes, tmp_pa
     assert (folder / "hex.inp").read_text() == deck
 
 
+def solved_again(cubes, folder, *more, number=2):
+    """Exit code and sentence of the first solids, analysed together, from earlier meshes."""
+    words = [f"mesh={cubes}", "cad.solid=all", *QUICK, f"output_dir={folder}", *more]
+    solids = read_solids(cubes)[:number]
+    return run_solids(compose("infer", words), solids, folder, lambda cfg, placed=None: (0, ""))
+
+
+SLIDING = "[{at: x_min, components: [x]}, {at: y_min, components: [y]}, "
+SLIDING += "{at: z_min, components: [z]}]"
+
+
+@pytest.mark.slow
+def test_solids_that_share_vertices_are_analysed_together(done, cubes, tmp_path, capsys):
+    """Tension with nu / E the same in both, so that the stress is uniform."""
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    words = ["analysis=static", f"analysis.fixed={SLIDING}"]
+    words += ["cad.materials={left: {young: 2e11, poisson: 0.3, density: 1000}}"]
+    words += ["analysis.material={young: 1e11, poisson: 0.15, density: 1000}"]
+    words += ["analysis.loads=[{at: right_x_max, pressure: -2e6}]"]
+    assert solved_again(cubes, folder, *words) == (0, "")
+    found = report(folder)
+    static = found["static"]
+    far = np.linalg.norm([10 * 1e-5 + 10 * 2e-5, 3e-5, 3e-5])
+    assert static["max_displacement"] == pytest.approx(far, rel=1e-6)
+    assert static["max_von_mises"] == pytest.approx(2e6, rel=1e-6)
+    assert static["reactions"][0]["force"] == pytest.approx([-200, 0, 0], abs=1e-6)
+    assert found["spline"]["functions"] == 9 * 5 * 5
+    mesh = meshio.read(folder / "static.vtu")
+    at = np.isclose(mesh.points[:, 0], 10)
+    assert mesh.point_data["displacement"][at, 0] == pytest.approx(1e-4, rel=1e-6)
+    assert "largest displacement 0.000303 mm at (20, 10, 10)" in capsys.readouterr().err
+    page = (folder / "report.html").read_text()
+    assert "At rest under load" in page and "data:image/png;base64," in page
+
+
+@pytest.mark.slow
+def test_conductivities_are_those_of_the_solids(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    words = ["analysis=poisson", "cad.materials={left: 100, right: 300}", DECK]
+    words += ["analysis.fixed=[{at: x_min, value: 0}, {at: x_max, value: 4}]"]
+    assert solved_again(cubes, folder, *words) == (0, "")
+    found = report(folder)
+    assert [row["material"] for row in found["solids"]] == [
+        f"Conductivity {k} W/(m K)" for k in (100, 300)
+    ]
+    flux = 4 / (0.01 / 100 + 0.01 / 300)
+    assert found["poisson"]["max_flux"] == pytest.approx(flux, rel=1e-6)
+    deck = (folder / "hex.inp").read_text()
+    assert "NAME=material_left\n*CONDUCTIVITY\n100.\n" in deck
+    assert "NAME=material_right\n*CONDUCTIVITY\n300.\n" in deck
+
+
+@pytest.mark.slow
+def test_solids_without_shared_vertices_need_a_deck(done, cubes, tmp_path):
+    folder = shutil.copytree(done[1], tmp_path / "again")
+    apart = "the meshes of left and top share no vertices where left_cad_face_6 touches top_cad_fa"
+    with pytest.raises(InputError, match=f"{apart}.*a deck of export=.abaqus. can have ties"):
+        solved_again(cubes, folder, "analysis=static", number=3)
+    assert solved_again(cubes, folder, "analysis=static", DECK, number=3) == (0, "")
+    assert apart in (folder / "report.html").read_text() and "static" not in report(folder)
+    with pytest.raises(InputError, match="use spline=h2s without refinement"):
+        solved_again(cubes, folder, "analysis=static", "spline=optimal")
+    with pytest.raises(InputError, match="leave 3 of 6 rigid motions free"):
+        held = "analysis.fixed=[{at: x_min, components: [x]}]"
+        solved_again(cubes, folder, "analysis=static", held)
+    assert solved_again(cubes, folder, "spline=optimal") == (0, "")  # each solid has its modes
+    assert "use spline=h2s" in report(folder)["not_analysed"] and "modes" not in report(folder)
+
+
 @pytest.mark.slow
 def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
     done, cubes, tmp_path, monkeypatch
@@ -326,14 +395,11 @@ def test_an_analysis_with_places_is_that_of_the_assembly(tmp_path):
         (["cad.materials={4: steel}"], "there is no solid 4"),
         (["cad.materials=steel"], r"write cad.materials=\{bolt_1: steel\}"),
         (["cad.materials={plate: stone}"], "material must be one of steel, .* got 'stone'"),
-        (["cad.materials={plate: abs}", "analysis=poisson"], "for an analysis of elastic solids"),
+        (["cad.materials={plate: abs}", "analysis=poisson"], "conductivity must be a number"),
         (["cad.materials={plate: abs}", "analysis=none"], "for an analysis of elastic solids"),
         (["analysis.fixed=[nut_z_min]", DECK], "'nut_z_min' is no place of an assembly; the sol"),
         (["analysis.fixed=[hole_1]", DECK], "write bolt_1_z_max for the set of a solid"),
         (["analysis.fixed=[{edge: [z_min, 7]}]", DECK], "7 is no place of an assembly"),
-        (["analysis=static"], r"add export=\[abaqus\], or choose one solid"),
-        (["analysis=static", "export=[nastran]"], "for a deck that another program solves"),
-        (["analysis=static", DECK, "export.abaqus.step=false"], "for a deck that another"),
     ],
 )
 def test_options_that_fit_no_solid_are_refused_before_the_runs(tmp_path, words, sentence):

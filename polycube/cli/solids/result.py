@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from polycube import __version__
-from polycube.analysis.boundary_sets import check_names
 from polycube.assembly.combined import Agreement, Joint, Place, agreements, combined
 from polycube.assembly.contacts import NEAR, Contact, contacts
 from polycube.cli.batch import ROW, VERDICT
+from polycube.cli.solids.analysis import SHARED, TIED, Solved, analysed
 from polycube.cli.solids.settings import materials, problem_of_all, states_assemblies
 from polycube.hexmesh.cad_faces import with_sets
 from polycube.hexmesh.metrics import metrics
@@ -27,15 +27,14 @@ from polycube.kinds import Export
 from polycube.pipeline.improvement import GIVEN
 from polycube.pipeline.resume.results import has_stage, load_stage
 from polycube.registry import provide
+from polycube.report.files import OF_PHASE
 from polycube.report.numbers.features import KINDS, face_name
-from polycube.report.numbers.problem import numbers
 from polycube.report.page.html import assembly_page
 from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, Json, TriMesh
 
 MADE = (0, 3)  # exit codes of runs with results; other runs leave those of an earlier run
-SHARED, TIED = "shared vertices", "tie"
-PAGE = ("report.html", "report.json", "hex.vtu")
+PAGE = ("report.html", "report.json", "hex.vtu", *OF_PHASE["analysis"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +71,7 @@ def write_assembly(
     Raises
     ------
     InputError
-        If a place of the analysis does not exist; the results of the solids are kept.
+        If the analysis is not possible; the results of the solids are kept.
     """
     parts = [_part(folder, solid, codes[solid.number], cfg) for solid in solids]
     touching: list[Json] = []
@@ -91,23 +90,24 @@ def write_assembly(
     mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
     report = _report(cfg, parts, touching, mesh)
     report["mesh_warnings"] = [*notes, *report["mesh_warnings"]]
+    is_valid, solved = report["valid"], Solved()
     if mesh is not None and (problem := problem_of_all(cfg, solids, mesh.unit)):
         for row, own in zip(report["solids"], materials(problem, solids), strict=False):
             row |= own
         exports = [provide(e, problem=problem) if states_assemblies(e) else e for e in exports]
-        if report["valid"] and any(map(states_assemblies, exports)):
-            check_names(problem.places, mesh.sets)
-            report["problem"] = numbers(problem, mesh)
-    earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", "report."))]
+        pairs = {k: (parts[k].surface, own) for k, own in meshes.items()}
+        solved = analysed(cfg, solids, problem, exports, pairs, mesh, report)
+    earlier = [name for name in manifest.files(folder) if name.startswith(("hex.", *PAGE))]
     manifest.remove(folder, earlier)
     with manifest.writing(folder) as scratch:
         if mesh is not None:
             _write_vtu(scratch / "hex.vtu", mesh)
-            for export in exports if report["valid"] else ():
+            for export in exports if is_valid else ():
                 export(mesh, scratch / "hex")
+            solved.write(scratch, cfg["files"])
         (scratch / "report.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
     files = [name for name in manifest.files(folder) if "/" not in name]
-    text = assembly_page(Path(str(cfg["mesh"])).name, report, mesh, folder, files)
+    text = assembly_page(Path(str(cfg["mesh"])).name, report, mesh, folder, files, solved)
     with manifest.writing(folder) as scratch:
         (scratch / "report.html").write_text(text, encoding="utf-8")
     return report

@@ -26,6 +26,7 @@ from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
 from polycube.pipeline.improvement import is_meshed
 from polycube.registry import build
+from polycube.report.numbers.formatting import cautions, sentences
 from polycube.types import Json
 
 ALL = "all"  # value of `cad.solid`
@@ -72,7 +73,7 @@ def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[
         remedy = "use preflight=true, or cad.solid with the number of one"
         raise InputError(what, "preflight", remedy)
     found = []
-    for solid, own in zip(solids, of_runs(cfg, solids, []), strict=True):
+    for solid, own in zip(solids, of_runs(cfg, solids), strict=True):
         if solid.motion is None:
             sys.stdout.write(f"cad.solid={solid.number}, {solid.name}\n")
             code, why = attempt(own)
@@ -106,7 +107,7 @@ def run_solids(
         If a signal ended the run of a solid; the results of completed ones are saved.
     """
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
-    settings = of_runs(cfg, solids, exports)
+    settings = of_runs(cfg, solids)
     manifest.check(folder, [*PAGE, *(f"hex{export.suffix}" for export in exports)])
     # regions have a position, which differs for identical solids
     shared = not cfg["meshing"].get("regions")
@@ -127,7 +128,8 @@ def run_solids(
             if code == INTERRUPTED:
                 raise KeyboardInterrupt
         report = write_assembly(folder, cfg, solids, codes, exports, notes)
-    sys.stderr.write(f"{printable(f'{summary(report)}: {folder / PAGE[0]}')}\n")
+    for line in (f"{summary(report)}: {folder / PAGE[0]}", *sentences(report), *cautions(report)):
+        sys.stderr.write(f"{printable(line)}\n")
     return max(codes.values()) or (0 if report["valid"] else 3), report.get("failure", "")
 
 

@@ -1,7 +1,7 @@
 """The settings of the run of each solid, and the problem of all solids together.
 
-An analysis with supports or loads is that of the assembly: a deck states it, and the solids are not
-analysed one by one.
+An analysis with supports or loads is that of the assembly: the solids are analysed together, and a
+deck states it; they are not analysed one by one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from polycube.analysis.boundary_sets import names_in
-from polycube.analysis.problem import Problem, Statics, Vibration
+from polycube.analysis.problem import Material, Problem
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import ENDS
 from polycube.io.cad import Cad
@@ -26,14 +26,8 @@ def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
     return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": Cad.interfaces}}
 
 
-def of_runs(cfg: Json, solids: Sequence[Solid], exports: Sequence[Export]) -> list[dict[str, Any]]:
-    """The settings of the run of each solid.
-
-    Raises
-    ------
-    InputError
-        If an option names an unknown solid, or if no export can state the analysis of the assembly.
-    """
+def of_runs(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
+    """The settings of the run of each solid; raises InputError for the name of an unknown one."""
     settings = _with_materials(cfg, solids)
     problem = problem_of_all(cfg, solids)
     if problem is None or not problem.places:
@@ -44,15 +38,15 @@ def of_runs(cfg: Json, solids: Sequence[Solid], exports: Sequence[Export]) -> li
             what = f"{name!r} is no place of an assembly; {_listed(solids)}"
             remedy = f"write {starts[0]}z_max for the set of a solid, z_max for the end of all"
             raise InputError(what, "analysis", remedy)
-    is_analysed = "analysis" in Settings.of(settings[0]).order
-    if is_analysed and not cfg["preflight"] and not any(map(states_assemblies, exports)):
-        what = "supports and loads of an assembly are for a deck that another program solves"
-        remedy = "add export=[abaqus], or choose one solid by its number"
-        raise InputError(what, "analysis", remedy)
     held = cfg["spline"].get("held")
     is_default = held and held == cfg["analysis"].get("fixed")
     spline = {**cfg["spline"], "held": []} if is_default else cfg["spline"]
     return [{**own, "analysis": _unsolved(own["analysis"]), "spline": spline} for own in settings]
+
+
+def is_analysed(cfg: Json, solids: Sequence[Solid]) -> bool:
+    """Whether the run has an analysis, not only a deck that states one."""
+    return "analysis" in Settings.of(_with_materials(cfg, solids)[0]).order
 
 
 def problem_of_all(cfg: Json, solids: Sequence[Solid], unit: str = "") -> Problem | None:
@@ -62,15 +56,16 @@ def problem_of_all(cfg: Json, solids: Sequence[Solid], unit: str = "") -> Proble
     """
     settings = (Settings.of(own).in_unit(unit) for own in _with_materials(cfg, solids))
     each = [problem_of(own.composed) for own in settings]
-    found = tuple(own.material for own in each if isinstance(own, Statics | Vibration))
-    return each[0] and replace(each[0], materials=found)
+    found = (getattr(own, "material", getattr(own, "conductivity", None)) for own in each)
+    return each[0] and replace(each[0], materials=tuple(found))
 
 
 def materials(problem: Problem, solids: Sequence[Solid]) -> list[dict[str, Any]]:
-    """Description of the material, and the mass in kg, of each elastic solid."""
+    """Description of the material, and the mass in kg if it is elastic, of each solid."""
     volumes = [solid.volume * METRES[problem.units] ** 3 for solid in solids]
     own = zip(problem.materials, volumes, strict=False)
-    return [{"material": describe_material(m), "mass": m.density * v} for m, v in own]
+    masses = [(m, m.density * v if isinstance(m, Material) else None) for m, v in own]
+    return [{"material": describe_material(m), "mass": mass} for m, mass in masses]
 
 
 def states_assemblies(export: Export) -> bool:
@@ -91,15 +86,16 @@ def _with_materials(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
     if given is not None and not isinstance(given, Mapping):
         what = f"materials by solid are {{SOLID: material}}; got {given!r}"
         raise InputError(what, "cad.materials", f"write cad.materials={{{solids[0].name}: steel}}")
-    if given and "material" not in cfg["analysis"]:
-        what = "cad.materials is for an analysis of elastic solids"
-        raise InputError(what, "cad.materials", "use analysis=modal or analysis=static")
+    name = "conductivity" if "conductivity" in cfg["analysis"] else "material"
+    if given and name not in cfg["analysis"]:
+        what = "cad.materials is for an analysis of elastic solids, or has conductivities"
+        raise InputError(what, "cad.materials", "use analysis=modal, static or poisson")
     for key, material in (given or {}).items():
         own = _numbers(str(key), solids)
         if not own:
             raise InputError(f"there is no solid {key}", "cad.materials", _listed(solids))
         for k in own:
-            settings[k]["analysis"] = {**cfg["analysis"], "material": material}
+            settings[k]["analysis"] = {**cfg["analysis"], name: material}
     return settings
 
 

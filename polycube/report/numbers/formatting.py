@@ -98,7 +98,7 @@ def cautions(report: Json) -> Iterator[str]:
     for what, error in errors.items():
         if error is not None and error > TOLERABLE:
             other = larger if what == "frequency" else "spline.refine.levels=1"
-            remedy = f"use {other} or smaller hexes"
+            remedy = "use smaller hexes" if "solids" in report else f"use {other} or smaller hexes"
             yield f"the estimated error of a {what} is {100 * error:.2g} %; {remedy}"
     poor = report.get("static", {}).get("poor_elements")
     if poor:

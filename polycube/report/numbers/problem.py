@@ -54,14 +54,14 @@ def _size(mesh: HexMesh, place: object) -> dict[str, object]:
 
 
 def _material(problem: Problem) -> str:
-    if isinstance(problem, Conduction):
-        return f"Conductivity {number(problem.conductivity)} W/(m K)"
-    own = getattr(problem, "material", None)
+    own = getattr(problem, "conductivity" if isinstance(problem, Conduction) else "material", None)
     return describe_material(own) if own and not problem.materials else ""
 
 
-def describe_material(found: Material) -> str:
-    """Name and values of a material."""
+def describe_material(found: Material | float) -> str:
+    """Name and values of a material, or a conductivity."""
+    if not isinstance(found, Material):
+        return f"Conductivity {number(found)} W/(m K)"
     name = next((name for name, each in MATERIALS.items() if each == found), "given by its values")
     return (
         f"{name.capitalize()}: Young's modulus {number(found.young / 1e9)} GPa, Poisson's ratio "

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from markupsafe import Markup
 
@@ -16,11 +17,11 @@ from polycube.report.numbers.verdict import about, length_unit, tiles, verdict, 
 from polycube.report.page import sections
 from polycube.report.page.hexes import features, hex_counts, hexes, sets
 from polycube.report.page.solutions import problem, solution
-from polycube.report.page.templates import NOTHING, Link, element, render
+from polycube.report.page.templates import NOTHING, Link, Pictures, element, render
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
-from polycube.types import HexMesh, Json
+from polycube.types import HexMesh, Json, Solution, Spline
 
 
 def write_report(folder: Path, state: RunState, report: Json, drawing: bool = True) -> Path:
@@ -48,7 +49,7 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
         sets(state, report, drawn),
         section("spline", drawn.get("spline"), report.get("spline", {}), diagonal, unit),
         problem(report, drawn),
-        solution(state, report, drawn),
+        solution(state.spline, state.solution, report, drawn),
         section("input", drawn.get("input"), report.get("input", {}), unit),
         element("repairs.html", "points", report.get("points"), unit),
         element("repairs.html", "repair", report.get("repair"), unit),
@@ -124,7 +125,12 @@ def summary_page(rows: Sequence[Mapping[str, object]], columns: Sequence[str], f
 
 
 def assembly_page(
-    title: str, report: Json, mesh: HexMesh | None, folder: Path, files: Sequence[str]
+    title: str,
+    report: Json,
+    mesh: HexMesh | None,
+    folder: Path,
+    files: Sequence[str],
+    solved: tuple[Spline | None, Solution | None, Pictures] = (None, None, MappingProxyType({})),
 ) -> str:
     """HTML of an assembly: a row per solid with a link to its report, and the contacts.
 
@@ -133,6 +139,7 @@ def assembly_page(
     mesh : mesh of all solids, with the number of the solid of each hex as `cell`, and the names
     folder : folder that contains the folders of the solids
     files : files of the assembly in this folder
+    solved : spline and solution of all solids together, and their pictures
     """
     made = [(solid["name"], f"{solid['name']}/report.html") for solid in report["solids"]]
     body = render(
@@ -141,7 +148,9 @@ def assembly_page(
         solids=report["solids"],
         links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
         contacts=report["contacts"],
-        problem=problem(report, {}),
+        problem=problem(report, solved[2]),
+        solution=solution(*solved[:2], report, solved[2]),
+        not_analysed=report.get("not_analysed"),
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],
     )

@@ -5,8 +5,7 @@ from markupsafe import Markup
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.pictures.colours import HELD, LOADED
 from polycube.report.pictures.fields import exaggeration, first_elastic
-from polycube.state import RunState
-from polycube.types import Deformation, Json, Modes, Potential
+from polycube.types import Deformation, Json, Modes, Potential, Solution, Spline
 
 TEMPLATE = "solutions.html"
 
@@ -21,9 +20,10 @@ def problem(report: Json, pictures: Pictures) -> Markup:
     return element(TEMPLATE, "problem", pictures.get("problem"), found, legend)
 
 
-def solution(state: RunState, report: Json, pictures: Pictures) -> Markup:
+def solution(
+    spline: Spline | None, found: Solution | None, report: Json, pictures: Pictures
+) -> Markup:
     """The section of the solution; empty if there is none."""
-    found, spline = state.solution, state.spline
     if isinstance(found, Modes):
         first = first_elastic(found) if found.rigid else 0
         return element(TEMPLATE, "modes", pictures, found, dict(found.units), first)

@@ -74,8 +74,7 @@ def test_badly_shaped_elements_give_a_warning(bar, bent):
     report = solutions.numbers(bar, replace(bent, poor=3))
     [caution] = formatting.cautions(report)
     assert caution.startswith("the stress in 3 elements is ignored, because their shape is too bad")
-    state = RunState(TETRAHEDRON, spline=bar, solution=bent)
-    assert "The stress in 3 elements is ignored" in page.solution(state, report, {})
+    assert "The stress in 3 elements is ignored" in page.solution(bar, bent, report, {})
 
 
 def test_sentences_about_modes_and_potentials(bar, warm):
@@ -110,9 +109,8 @@ def test_numbers_of_a_warm_bar(bar, warm):
 
 
 def page_of(spline, solution):
-    state = RunState(TETRAHEDRON, spline=spline, solution=solution)
     report = solutions.numbers(spline, solution)
-    return page.solution(state, report, {}), formatting.tiles(report)
+    return page.solution(spline, solution, report, {}), formatting.tiles(report)
 
 
 def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
@@ -122,7 +120,7 @@ def test_the_page_lists_reactions_and_flows(bar, pulled, warm):
     text, tile = page_of(bar, warm)
     assert "<td>x_min</td><td>-0.25</td>" in text
     assert tile == {"u": ("10 to 30 K", "largest flux 250\u202f000 W/m^2")}
-    assert page.solution(RunState(TETRAHEDRON), {}, {}) == "" and formatting.tiles({}) == {}
+    assert page.solution(None, None, {}, {}) == "" and formatting.tiles({}) == {}
 
 
 def test_preloads_are_in_the_report_and_on_the_page(bar, pulled):
