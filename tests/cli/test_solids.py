@@ -379,10 +379,10 @@ def test_an_analysis_with_places_is_that_of_the_assembly(tmp_path):
     found = settings_of_runs(tmp_path, *words, "cad.materials={plate: abs}")
     kept = [{"units": "cm", "material": name} for name in ("steel", "abs", "steel")]
     assert [cfg["analysis"] for cfg in found] == [{"plugin": None, **each} for each in kept]
-    assert all(cfg["spline"]["held"] == [] for cfg in found)
+    assert all(cfg["spline"] == {"plugin": None} for cfg in found)  # there is one of all solids
     words = ["analysis.fixed=[{box: [0, 0, 0, 1, 1, 1]}]", "order=[meshing]", "seed=2"]
     for cfg in settings_of_runs(tmp_path, *words):  # without analysis there is nothing to refuse
-        assert cfg["analysis"]["plugin"] is None
+        assert cfg["analysis"]["plugin"] is None and cfg["spline"]["held"] == []
 
 
 @pytest.mark.parametrize(

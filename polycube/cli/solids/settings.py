@@ -41,6 +41,8 @@ def of_runs(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
     held = cfg["spline"].get("held")
     is_default = held and held == cfg["analysis"].get("fixed")
     spline = {**cfg["spline"], "held": []} if is_default else cfg["spline"]
+    if is_analysed(cfg, solids):  # on a spline of all, see `analysis`
+        spline = {"plugin": None}
     return [{**own, "analysis": _unsolved(own["analysis"]), "spline": spline} for own in settings]
 
 
