@@ -45,10 +45,8 @@ class Clock:
     def run(self, name: str, call: Callable[[], Value]) -> Value:
         """Call a function, measure its time, without that of steps in it, and log one line.
 
-        Raises
-        ------
-        InputError, MeshingError
-            As the function; any other exception becomes a MeshingError with the name of the step.
+        Raises InputError and MeshingError as the function; any other exception becomes a MeshingError
+        with the name of the step.
         """
         logger.debug("%s begins", name, extra={"stage": name})
         begin = time.perf_counter() - sum(self.seconds.values())
@@ -84,15 +82,10 @@ def build_stages(order: Sequence[str], configs: Mapping[str, Any]) -> list[Stage
 def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage]:
     """Stages of a meshing bundle in its order.
 
-    Parameters
-    ----------
+    Raises InputError if the stages do not form a chain from these fields to a spline.
+
     bundle : composed from a file of conf/meshing
     have : fields of the run state from which meshing starts
-
-    Raises
-    ------
-    InputError
-        If the stages do not form a chain from these fields to a spline.
     """
     order = bundle["order"]
     check_chain([*order, "spline"], have)

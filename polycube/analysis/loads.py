@@ -59,10 +59,7 @@ class Load:
         normals : (P, 3) outward, of length 1
         metre : length unit of the points and areas
 
-        Raises
-        ------
-        InputError
-            If a bearing load pulls at all of the faces.
+        Raises InputError if a bearing load pulls at all of the faces.
         """
         area = metre**2 * area
         centre = area @ points / area.sum()

@@ -93,10 +93,8 @@ def singular_places(
 def _edges(spline: Spline) -> tuple[np.ndarray, ...]:
     """Edges between two faces of the boundary of the same level.
 
-    Returns
-    -------
-    The two faces (N,) and (N,), nodes (N, 4), points (N, 7, 3), angle (N,) inside the solid in
-    degrees, and the two normals (N, 2, 3).
+    Returns the two faces (N,) and (N,), nodes (N, 4), points (N, 7, 3), angle (N,) inside the solid
+    in degrees, and the two normals (N, 2, 3).
     """
     strips, a, b = edge_strips(spline)
     pairs = np.stack([a, b], axis=1)
@@ -133,21 +131,17 @@ def peaks(
 ) -> tuple[Peak, Peak | None]:
     """The largest equivalent stress away from singular places, and that near the worst of these.
 
-    Parameters
-    ----------
+    The first one is the largest of all if no point is away from singular places. The second is
+    the largest stress at the points between one and two radii from the singular place with the
+    largest stress, or at the closest ones outside a radius. It is None if no stress at such a place
+    is larger than the first.
+
     displacement : (B, 3) displacement of the stress
     von_mises : (B,) recovered stress
     von_mises_of : function of displacement gradients, see `gradient_field`; n = 1
     poor : (E,) whether an element is badly shaped; such elements are only used if all are
     radius : distance from a singular place within which points belong to it, as do elements that
         touch it
-
-    Returns
-    -------
-    The first is the largest of all if no point is away from singular places. The second is the
-    largest stress at the points between one and two radii from the singular place with the largest
-    stress, or at the closest ones outside a radius. It is None if no stress at such a place is
-    larger than the first.
     """
     values = samples(spline, von_mises[:, None])[..., 0]
     points = samples(spline, spline.extraction @ spline.control)

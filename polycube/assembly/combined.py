@@ -33,16 +33,13 @@ def combined(
 ) -> HexMesh:
     """Merge meshes into one; merged vertices are at the midpoint of both.
 
-    Parameters
-    ----------
+    Returns the mesh. `cell` is the number of the solid of each hex, and `primitives` are the names.
+    Sets of patches and the quads between merged solids are omitted; `x_min` etc. are the ends of
+    the whole.
+
     meshes : meshes by the number of their solid, from 0, ascending
     names : names of all solids; boundary sets are named by the solid and the set
     ties : sets of different solids that move together, see `HexMesh`
-
-    Returns
-    -------
-    The mesh. `cell` is the number of the solid of each hex, and `primitives` are the names. Sets of
-    patches and the quads between merged solids are omitted; `x_min` etc. are the ends of the whole.
     """
     parts = meshes.values()
     start = _starts(meshes, [len(mesh.vertices) for mesh in parts])

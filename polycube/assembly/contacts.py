@@ -36,8 +36,6 @@ def contacts(first: TriMesh, second: TriMesh) -> list[Contact]:
     over their triangles, so a smaller clearance is not detected. An area below `LEAST`, such as
     that of a cylinder on a plane, is not a contact.
 
-    Parameters
-    ----------
     first, second : surfaces with CAD faces (`region`)
     """
     near = NEAR * min(diagonal(first), diagonal(second))

@@ -32,15 +32,10 @@ INSIDE = 0.5  # smallest winding number at the centre of a hex
 def joint_meshes(surfaces: Sequence[TriMesh], structures: Iterable[Structure]) -> list[HexMesh]:
     """The mesh of each solid, with the same vertices and quads on common faces.
 
-    Parameters
-    ----------
+    Raises MeshingError if there are none, or if hexes do not have the shape of their solid.
+
     surfaces : of each solid, with common triangles where they touch
     structures : are tried until one gives hexes for all solids
-
-    Raises
-    ------
-    MeshingError
-        If there are none, or if hexes do not have the shape of their solid.
     """
     whole = _whole(surfaces)
     found = (c.blocks for each in structures for c in each(whole, ()) if c.blocks is not None)

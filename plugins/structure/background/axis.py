@@ -48,10 +48,7 @@ def main_axis(surface: TriMesh) -> Axis:
     axis c and its moment d (Pottmann and Wallner, *Computational line geometry*, 2001). The curved
     faces give a first axis; then triangles whose normals do not meet it lose weight.
 
-    Raises
-    ------
-    NoBackgroundError
-        If there are no CAD faces, or if all are plane.
+    Raises NoBackgroundError if there are no CAD faces, or if all are plane.
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")

@@ -82,8 +82,6 @@ def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[i
     Sides of their squares at nearly the same place are at the same one, to save thin layers.
     Polygonal passages are left to polycubes, which have fewer hexes there.
 
-    Parameters
-    ----------
     at : (V, 3) vertices in a frame whose last axis is upright
     pairs : of half-edges on a common edge, as `twins` finds them
     numbers : CAD faces

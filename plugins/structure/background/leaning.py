@@ -128,8 +128,6 @@ def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarra
 def between(profile: np.ndarray, most: float) -> np.ndarray:
     """(N,) heights that divide a profile evenly, so that its chords are close to it.
 
-    Parameters
-    ----------
     profile : (P, 2) height and distance of the vertices of a face from the line over which it is
     most : largest distance of a chord from the vertices
     """

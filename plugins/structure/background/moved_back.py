@@ -30,10 +30,7 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     Vertices at changed faces move with these, and other corners not at all. The rest moves
     harmonically: first along the curves, then on the boundary, then inside.
 
-    Raises
-    ------
-    NoBackgroundError
-        If the topology or the volume is wrong, or if many hexes are inverted.
+    Raises NoBackgroundError if the topology or the volume is wrong, or if many hexes are inverted.
     """
     near = ON * diagonal(surface)
     if len(straight.split):
@@ -125,8 +122,6 @@ def collapsed(mesh: HexMesh, ends: np.ndarray, is_fixed: np.ndarray) -> HexMesh:
     Connected edges are left as they are if one of them has more than one hex, if a hex has more
     than one of them, or if a vertex beside them is fixed.
 
-    Parameters
-    ----------
     ends : (E, 2) vertices of boundary edges
     is_fixed : (V,) whether a vertex cannot become one with another
     """

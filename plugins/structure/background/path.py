@@ -35,10 +35,7 @@ def path(surface: TriMesh) -> Path:
 
     All other faces must lead from one plane to the next by a translation or a rotation.
 
-    Raises
-    ------
-    NoBackgroundError
-        If there is no such path, or if it has no arc.
+    Raises NoBackgroundError if there is no such path, or if it has no arc.
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
@@ -117,10 +114,7 @@ def _motions(
 
     normal : (3,) of the first plane.  wall : (F,) whether a triangle is between the curves
 
-    Raises
-    ------
-    NoBackgroundError
-        If the other curve is not plane, or is about the same centre.
+    Raises NoBackgroundError if the other curve is not plane, or is about the same centre.
     """
     x = surface.vertices
     centre, target = x[here].mean(axis=(0, 1)), x[after].mean(axis=(0, 1))

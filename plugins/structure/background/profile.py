@@ -25,10 +25,7 @@ def profile(surface: TriMesh, axis: Axis) -> Background:
 
     Levels are the angles of plane faces through the axis.
 
-    Raises
-    ------
-    NoBackgroundError
-        If a face is neither turned about the axis nor in a plane through it.
+    Raises NoBackgroundError if a face is neither turned about the axis nor in a plane through it.
     """
     at, angle = axis.cylindrical(surface.vertices)
     pieces, levels = [], []
@@ -72,10 +69,7 @@ def _curve(
 ) -> np.ndarray:
     """(N, 2) points (z, r) along a turned face.
 
-    Raises
-    ------
-    NoBackgroundError
-        If the face is not thin in the half-plane.
+    Raises NoBackgroundError if the face is not thin in the half-plane.
     """
     unit, faces = diagonal(surface), surface.faces[own]
     vertices = np.unique(faces)

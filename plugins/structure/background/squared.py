@@ -33,18 +33,10 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     Its level sides are wider if windows are. Vertices between two sides are moved to the edge
     between them, and the vertices of rims along the upright walls that the hole meets.
 
-    Parameters
-    ----------
+    Returns (N,) the side of each triangle of the hole: 0 and 2 upright, 1 the upper and 3 the lower
+    one. Raises NoBackgroundError if a window is as wide as the hole.
+
     at : (V, 3) vertices in the frame
-
-    Returns
-    -------
-    (N,) the side of each triangle of the hole: 0 and 2 upright, 1 the upper and 3 the lower one
-
-    Raises
-    ------
-    NoBackgroundError
-        If a window is as wide as the hole.
     """
     used, local = np.unique(surface.faces[hole.faces], return_inverse=True)
     local = local.reshape(-1, 3)
@@ -117,16 +109,12 @@ def squared_off(
 
     Then four hexes meet at each of its borders, where the part is smooth.
 
-    Parameters
-    ----------
+    Returns None, without changes, if the face is not such a rounding.
+
     at, before : (V, 3) vertices in the frame, now and before any face was set
     base : number of its border at the wall
     chord : largest distance of an edge from the rounding
     any_sign : whether the rounding may be concave
-
-    Returns
-    -------
-    None, without changes, if the face is not such a rounding.
     """
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
     vectors = triangle_vectors(before[face.faces])
@@ -180,14 +168,10 @@ def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -
 
     Four hexes meet where it has turned by 45 and by 135 degrees.
 
-    Parameters
-    ----------
-    at, before : (V, 3) vertices in the frame, now and before any face was set
+    Returns None, without changes, if the face is no convex rounding from one cap to another whose
+    borders are straight and opposite.
 
-    Returns
-    -------
-    None, without changes, if the face is no convex rounding from one cap to another whose borders
-    are straight and opposite.
+    at, before : (V, 3) vertices in the frame, now and before any face was set
     """
     low, high = (border.vertices for border in face.borders)
     used, faces = np.unique(face.faces, return_inverse=True)

@@ -38,15 +38,10 @@ def stack(
     across the axis are made square, unless most of the area leans. Parts of planes only are not
     changed, because polycubes of such parts have fewer hexes.
 
-    Parameters
-    ----------
-    axis : (3,) the axis, if it is given
+    Raises NoBackgroundError if for no axis all faces are along it or perpendicular to it, or can be
+    set so; with the reason for the first axis.
 
-    Raises
-    ------
-    NoBackgroundError
-        If for no axis all faces are along it or perpendicular to it, or can be set so; with the
-        reason for the first axis.
+    axis : (3,) the axis, if it is given
     """
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)

@@ -67,10 +67,8 @@ def unfolded(surface: TriMesh) -> Unfolded:
     One side is followed from its largest plane over all faces that continue it smoothly: planes,
     and cylinders (bends) along a straight border. Lengths are kept in the middle of the sheet.
 
-    Raises
-    ------
-    NoBackgroundError
-        If the part is no sheet, or if it has no bend; with the reason for the largest plane.
+    Raises NoBackgroundError if the part is no sheet, or if it has no bend; with the reason for the
+    largest plane.
     """
     if not len(surface.region):
         raise NoBackgroundError("it has no CAD faces")
@@ -140,10 +138,7 @@ def _pieces(
 ) -> dict[int, Piece]:
     """The faces of the side of a sheet that contains a plane with a normal.
 
-    Raises
-    ------
-    NoBackgroundError
-        If the side is closed round a bend, or if a bend is too tight.
+    Raises NoBackgroundError if the side is closed round a bend, or if a bend is too tight.
     """
     x, near = surface.vertices, NEAR * measures.diagonal(surface)
     own = np.unique(surface.faces[surface.region == start])

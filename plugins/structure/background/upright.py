@@ -60,18 +60,13 @@ def upright(
 ) -> Upright:
     """Set the leaning faces of a surface upright or flat, and make holes and bosses square.
 
-    Parameters
-    ----------
+    Raises NoBackgroundError if a face that leans does not have one or two borders at constant
+    heights, or if a plane is oblique, or if holes across the axis meet at their sides.
+
     pairs : of half-edges on a common edge, as `twins` finds them
     near : distance below which heights are equal
     sizes : wanted sizes, for the number of edges round holes
     may_slope : whether faces with other borders may become flat
-
-    Raises
-    ------
-    NoBackgroundError
-        If a face that leans does not have one or two borders at constant heights, or if a plane
-        is oblique, or if holes across the axis meet at their sides.
     """
     rows = measures.frame(axis)
     at = surface.vertices @ rows.T

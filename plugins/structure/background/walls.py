@@ -42,10 +42,7 @@ def caps(
 
     Slivers are caps if they are at one height.
 
-    Raises
-    ------
-    NoBackgroundError
-        If a triangle is too inclined for a wall.
+    Raises NoBackgroundError if a triangle is too inclined for a wall.
     """
     lean = np.where(known.is_sliver, 0, abs(known.normals @ axis))
     if (inclined := (lean > FACET) & (lean < 1 - FLAT)).any():
@@ -90,8 +87,6 @@ def check_walls(
 ) -> None:
     """Raise NoBackgroundError unless walls with inclined triangles are lines in projection.
 
-    Parameters
-    ----------
     across : (V, 2) vertices, projected along the axis
     wall : (F,) number of the face of each triangle
     leans : (F,) whether it is inclined

@@ -58,20 +58,12 @@ def write_assembly(
 ) -> Json:
     """Write `hex.vtu`, the requested formats, `report.json` and `report.html` of all solids.
 
-    Parameters
-    ----------
+    Returns the numbers of `report.json`. Raises InputError if the analysis is not possible; the
+    results of the solids are kept.
+
     folder : folder with the folders of the runs
     codes : exit codes by the number of the solid
     notes : further warnings
-
-    Returns
-    -------
-    The numbers of `report.json`.
-
-    Raises
-    ------
-    InputError
-        If the analysis is not possible; the results of the solids are kept.
     """
     parts = [_part(folder, solid, codes[solid.number], cfg) for solid in solids]
     touching: list[Json] = []

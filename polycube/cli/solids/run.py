@@ -38,10 +38,7 @@ Placed = tuple[Path, Motion]  # folder of the run of an identical solid, and its
 def solids_of(cfg: Json) -> list[Solid]:
     """The solids to mesh separately; empty if the file has only one.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or if a setting is for a single solid.
+    Raises InputError if the file cannot be read, or if a setting is for a single solid.
     """
     for name, remedy in ALONE.items():
         if cfg[name]:
@@ -62,11 +59,8 @@ def solids_of(cfg: Json) -> list[Solid]:
 def check_solids(cfg: Json, solids: Sequence[Solid], attempt: Attempt) -> tuple[int, str]:
     """Check every solid without a run: the largest exit code, and the first reason.
 
-    Raises
-    ------
-    InputError
-        If the places are to be written to a file, which would contain those of one solid, or by
-        `of_runs`.
+    Raises InputError if the places are to be written to a file, which would contain those of one
+    solid, or by `of_runs`.
     """
     if cfg["preflight"] is not True:
         what = f"a file of the places is for one solid, not for cad.solid={ALL}"
@@ -89,22 +83,13 @@ def run_solids(
 ) -> tuple[int, str]:
     """Mesh every solid in its own folder, then write the combined results.
 
-    Parameters
-    ----------
+    Returns the largest exit code of the solids, and the reason if it is not 0; 3 if their meshes
+    are valid but cannot be joined. Raises InputError before any work, if nothing can be written, or
+    by `of_runs`, and KeyboardInterrupt if a signal ended the run of a solid; the results of
+    completed ones are saved.
+
     folder : folder of the results
     attempt : does the run of one solid
-
-    Returns
-    -------
-    The largest exit code of the solids, and the reason if it is not 0; 3 if their meshes are valid
-    but cannot be joined.
-
-    Raises
-    ------
-    InputError
-        Before any work, if nothing can be written, or by `of_runs`.
-    KeyboardInterrupt
-        If a signal ended the run of a solid; the results of completed ones are saved.
     """
     exports = [build("export", config) for config in cfg.get("export", {}).values()]
     settings = of_runs(cfg, solids)

@@ -34,16 +34,11 @@ def arrangement(
 
     Lines with a loose end are left out.
 
-    Parameters
-    ----------
+    Raises NoBackgroundError if there are too many lines.
+
     points : (P, 2)
     lines : (S, 2) indices of points
     near : distance below which points are merged
-
-    Raises
-    ------
-    NoBackgroundError
-        If there are too many lines.
     """
     name, sag = coincident(points, near)[1], _sags(points, lines)
     points = _means(points, name)

@@ -38,8 +38,6 @@ def borders(
 ) -> tuple[np.ndarray, list[Cell]]:
     """Points (P, 2) along the curves and in rings, and the cells.
 
-    Parameters
-    ----------
     chains : curves of the section
     loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
         opposite direction

@@ -26,15 +26,9 @@ def cells(
     Half-edge 2 e runs from the lower to the higher end of edge e, 2 e + 1 in the opposite
     direction.
 
-    Returns
-    -------
-    Half-edges of each cell, its outer loop first, with the cell on their left; whether each cell is
-    full in each slab (C, K)
-
-    Raises
-    ------
-    NoBackgroundError
-        If it is undecided whether a cell is full, or if none is.
+    Returns half-edges of each cell, its outer loop first, with the cell on their left; whether each
+    cell is full in each slab (C, K). Raises NoBackgroundError if it is undecided whether a cell is
+    full, or if none is.
     """
     loops = loops_of(points, edges)
     area = np.array([loop_area(points, edges, loop) for loop in loops])

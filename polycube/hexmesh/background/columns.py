@@ -17,8 +17,6 @@ RINGS = 16  # sectors per ring of quads around it
 def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float) -> np.ndarray:
     """(K,) number of layers of hexes in each slab.
 
-    Parameters
-    ----------
     levels : (K + 1,) heights of the caps
     full : (C, K) whether each cell of the section is full in each slab
     size : wanted size of hexes along the axis; at most 1.5 times as large
@@ -38,8 +36,6 @@ def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float
 def columns(flat: Section, background: Background, full: np.ndarray, number: np.ndarray) -> HexMesh:
     """Hexes of all full cells, in space.
 
-    Parameters
-    ----------
     full : as in `layers`
     number : (K,) layers in each slab
     """
@@ -83,8 +79,6 @@ def disc(number: int) -> tuple[np.ndarray, np.ndarray]:
     Concentric squares l q with max |q| = 1 become rounded, l INNER [(1 - l / 2) q / SQUARE + l c /
     2] with the point c of the unit circle at the same place of the border; rings lead to the rim.
 
-    Parameters
-    ----------
     number : of vertices on the rim, a multiple of 4
     """
     side = number // 4
@@ -122,8 +116,6 @@ def core(
 ) -> HexMesh:
     """Hexes between the axis and a radius of a turned part: a disc, swept between two caps.
 
-    Parameters
-    ----------
     outline : (P, 2) points (z, r) round a cell of the section between the axis and the radius
     flat : quads at larger radii, whose vertices at the radius are those of the core
     number : of hexes round the axis

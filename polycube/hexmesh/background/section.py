@@ -50,17 +50,12 @@ def section(
     These are made with different sizes, with and without rings along smooth borders, and with the
     methods of `polycube.hexmesh.generation.quads`.
 
-    Parameters
-    ----------
+    Raises NoBackgroundError if Gmsh returns no quads, or if all results have folds.
+
     chains : its curves
     loops : for each cell its loops, the outer one first: curves by number from 1, negative for the
         opposite direction
     full : (C, K) whether each cell is full in each slab
-
-    Raises
-    ------
-    NoBackgroundError
-        If Gmsh returns no quads, or if all results have folds.
     """
     variants = list(product(SCALES, (True, False)))
     drafts = []
@@ -167,10 +162,8 @@ def section_of(
     If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
     none, the details are merged.
 
-    Raises
-    ------
-    NoBackgroundError
-        If there are none without details, either; with the reason for all of them.
+    Raises NoBackgroundError if there are none without details, either; with the reason for all of
+    them.
     """
     found: list[tuple[float, Section, Background, np.ndarray]] = []
     reasons: list[Exception] = []

@@ -65,10 +65,7 @@ def next_piece(
 
     points : (P, 3) of this face
 
-    Raises
-    ------
-    NoBackgroundError
-        If it is a bend without a radius on its inner side.
+    Raises NoBackgroundError if it is a bend without a radius on its inner side.
     """
     if abs(piece.local(points)[:, 2]).max() < near:  # the same plane or cylinder
         return piece

@@ -16,8 +16,6 @@ POWER = 2  # exponent of the energies before summation: increases the weight of 
 def smoothed(vertices: np.ndarray, quads: np.ndarray, is_free: np.ndarray) -> np.ndarray:
     """(V, 2) positions of vertices with a smaller sum of shape energies.
 
-    Parameters
-    ----------
     vertices : (V, 2)
     quads : (Q, 4) counter-clockwise
     is_free : (V,) whether a vertex can move

@@ -35,9 +35,7 @@ class Solid:
 def read_solids(path: Path) -> list[Solid]:
     """List the solids of a CAD file.
 
-    Raises
-    ------
-    InputError : the file has no solid, or cannot be read
+    Raises InputError if the file has no solid, or cannot be read.
     """
     with reading(path):
         check_complete(path)

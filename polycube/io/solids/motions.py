@@ -58,8 +58,6 @@ def landmarks(
 ) -> Landmarks:
     """Landmarks of a solid, with those of its principal axes that are unique.
 
-    Parameters
-    ----------
     centre : (3,) centre of mass
     inertia : (3, 3) about the centre
     points, keys : (N, 3) of vertices, edges and faces, in the coordinates of the file

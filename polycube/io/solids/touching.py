@@ -29,18 +29,11 @@ EFFORT = 5  # time limit, relative to that of one solid
 def touching(path: Path, segments: int) -> list[dict[int, TriMesh]]:
     """Surfaces of the solids of a CAD file that touch at faces, in its units.
 
-    Parameters
-    ----------
+    Returns surfaces by the number of the solid, from 1, for each group of touching solids. A common
+    face of two solids is a CAD face of both, with the same triangles. Raises InputError if solids
+    overlap, or Open CASCADE fails or needs too long.
+
     segments : triangle edges on a full turn of a round face
-
-    Returns
-    -------
-    Surfaces by the number of the solid, from 1, for each group of touching solids. A common face of
-    two solids is a CAD face of both, with the same triangles.
-
-    Raises
-    ------
-    InputError : solids overlap, or Open CASCADE fails or needs too long
     """
     worker, options = "polycube.io.solids.touching", {"segments": segments}
     try:
