@@ -26,8 +26,6 @@ TERMS += (ast.operator, ast.unaryop, ast.cmpop, ast.Load)  # type: ignore[assign
 class Load:
     """Forces on the faces of a place; the contributions are added.
 
-    Parameters
-    ----------
     place : in a form that `polycube.analysis.boundary_sets.faces_of` accepts
     pressure : Pa, positive towards the solid; a number or an expression, see `at_points`
     traction : Pa, components like `pressure`; or a function of points and normals (P, 3)

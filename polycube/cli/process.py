@@ -22,8 +22,6 @@ COMMAND = "command.txt"
 class Process:
     """A run that has begun.
 
-    Parameters
-    ----------
     process : its process
     folder : where its results will be
     command : the command line that repeats it

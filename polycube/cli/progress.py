@@ -11,8 +11,6 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 class ProgressLine:
     """The last line of a terminal. Messages are written above it.
 
-    Parameters
-    ----------
     stream : of a terminal
     clock : seconds since some time
     """

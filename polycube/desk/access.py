@@ -14,8 +14,6 @@ COOKIE = "polycube_desk"
 class OnlyWithToken:
     """Refuse all requests without the token, or for another host name (DNS rebinding).
 
-    Parameters
-    ----------
     app : the page
     token : of the address that the desk prints; a browser keeps it as a cookie of the session
     """

@@ -20,8 +20,6 @@ WISHES = {
 class Job:
     """A run of one part.
 
-    Parameters
-    ----------
     part : name of its file in the folder of the desk
     size : `meshing.size`; the default of the program if empty
     effort : first, normal or thorough

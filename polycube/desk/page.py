@@ -29,8 +29,6 @@ TEXTS |= {"held": "held", "force": "force {} N", "pressure": "pressure {:g} Pa"}
 class Desk:
     """What is set and run at a desk; a page that is loaded again shows the same.
 
-    Parameters
-    ----------
     folder : in which the desk was opened; it reads and writes nothing outside of it
     scratch : folder for the faces that are shown
     job : what is set

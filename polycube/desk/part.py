@@ -43,8 +43,6 @@ def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], TriMesh]:
 class PartView:
     """The view of a part; a click on a face, or the list below it, selects faces.
 
-    Parameters
-    ----------
     on_change : called with the names of the selected faces
     """
 

@@ -16,8 +16,6 @@ MOST = 12  # largest number of results side by side: browsers draw 16 3D views a
 class ResultsView:
     """A table of the runs, and below it the report of one, or several side by side.
 
-    Parameters
-    ----------
     folder : in which the desk was opened
     """
 

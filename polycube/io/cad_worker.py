@@ -133,8 +133,6 @@ def tessellated(
 ) -> dict[str, np.ndarray]:
     """Vertices (V, 3), triangles (F, 3) with the number of their face, and number of segments.
 
-    Parameters
-    ----------
     number : number of each face, by its tag
     size : diagonal of the solids
     requested : number of segments of a full circle

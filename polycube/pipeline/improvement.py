@@ -110,8 +110,7 @@ class Placement(Run):
 
     The results that depend on the place are computed again: named sets, acceptance, spline,
     analysis.
-    Parameters
-    ----------
+
     settings : settings of this run; those of meshing are from the other run
     source : folder of the other run
     motion : motion from its solid to this one

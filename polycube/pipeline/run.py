@@ -34,16 +34,11 @@ Read = Callable[[Settings, Clock], RunState]
 class Run:
     """The steps of a run. All plugins are built and checked at the start.
 
-    Parameters
-    ----------
+    Raises InputError if a plugin, an option or the order of the stages is invalid.
+
     settings : settings of the run
     read : makes the first state: a surface, or a surface with a hex mesh to improve
     interrupt : set by another thread or by a signal handler to end the run
-
-    Raises
-    ------
-    InputError
-        If a plugin, an option or the order of the stages is invalid.
     """
 
     group = "meshing"  # of the settings, with the meshing stages

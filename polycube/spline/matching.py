@@ -137,8 +137,6 @@ class Matcher:
 class CurveMatcher:
     """Points on the edges between sides of two CAD faces, matched with the curves between these.
 
-    Parameters
-    ----------
     spline : spline at unit scale
     target : the surface
     cad_face : (S,) number of the CAD face of each side; 0 for any

@@ -15,8 +15,6 @@ Item = str | Mapping[str, object]  # name of a plugin, or {plugin: name, option:
 class OnGrid:
     """What a run gives to every structure plugin.
 
-    Parameters
-    ----------
     grid : cells of the polycube along x, y, z
     primitives : (3, 3, 3) bool voxels by name
     """

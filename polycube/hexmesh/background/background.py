@@ -17,8 +17,6 @@ class Background:
     A part is the union of cells of its section between levels: of a plane section between heights
     (swept), of a section (z, r) between angles (turned), or of a section along a path (bent).
 
-    Parameters
-    ----------
     points : (P, 2) of the section
     lines : (S, 2) indices of points: borders of the faces of the part in the section
     marks : (M, 2) places where a curve of the section ends, although it is smooth there

@@ -134,8 +134,6 @@ def _per_axis(values: np.ndarray, counts: Counts) -> Counts:
 class Lattice:
     """A coarse mesh with the lattice interval of each of its edges.
 
-    Parameters
-    ----------
     near : registered mesh of `template.mesh` with the given parts of each interval
     """
 

@@ -29,8 +29,6 @@ PARSERS = "polycube.io.foreign.parsers"
 class Late(InputError):
     """A reader did not finish in time.
 
-    Parameters
-    ----------
     seconds : limit
     errors : standard error of its process
     """

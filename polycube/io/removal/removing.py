@@ -34,8 +34,6 @@ class Removal:
     Open CASCADE does not say what becomes of a face. A new face is a part of the given face whose
     points are on it; where it unites several faces, of that with most points.
 
-    Parameters
-    ----------
     solid : given solid; its faces are numbered from 1 in ascending order of their tags
     wanted : `holes`, `fillets` and `faces`, see `options.Remove.in_unit`
     named : names of the faces

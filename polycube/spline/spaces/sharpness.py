@@ -44,8 +44,6 @@ class Sharp(NamedTuple):
 class Creases:
     """The creases of a mesh and the borders of supports and loads.
 
-    Parameters
-    ----------
     hexes : the mesh
     forced : (S, 2) edges that are always sharp
     angle : in radians; a crease that turns by more has a corner there
