@@ -73,7 +73,7 @@ def min_detj(spline: Spline) -> Jacobian:
     return Jacobian(
         volume=float(volumes.sum()),
         min_detj=value,
-        lower_bound=bound,
+        lower_bound=min(bound, value),  # up to rounding errors
         min_scaled_detj=float(_scaled(least, volumes).min()),
         element=element,
         position=tuple(position[0].tolist()),

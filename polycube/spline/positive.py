@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_matrix
 
 from polycube.numerics.lbfgs import descend
@@ -139,37 +138,12 @@ def _gaps(control: np.ndarray, moves: np.ndarray, matches: Matches, chosen: np.n
     all_rows = matches.rows[chosen]
     rows = all_rows[:, moves]
     rest = all_rows @ control - rows @ control[moves] - matches.goal[chosen]
-    given = rest, matches.normal[chosen], matches.weight[chosen]
-    return partial(_squared_gaps, rows.indptr, rows.indices, rows.data, *given)
+    normal, weight = matches.normal[chosen], matches.weight[chosen, None]
 
+    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+        gap = rows @ y + rest
+        across = (gap * normal).sum(axis=1, keepdims=True) * normal
+        pull = weight * (across + TANGENTIAL * gap)
+        return float(np.vdot(pull, gap)), 2 * (rows.T @ pull)
 
-@njit(cache=True, nogil=True)
-def _squared_gaps(
-    starts: np.ndarray,
-    columns: np.ndarray,
-    values: np.ndarray,
-    rest: np.ndarray,
-    normal: np.ndarray,
-    weight: np.ndarray,
-    y: np.ndarray,
-) -> tuple[float, np.ndarray]:
-    """Value and derivatives with respect to y (n, 3) of the gaps rows @ y + rest."""
-    total, by_y = 0.0, np.zeros(y.shape)
-    for i in range(len(rest)):
-        a, b, c = rest[i]
-        for k in range(starts[i], starts[i + 1]):
-            j = columns[k]
-            a += values[k] * y[j, 0]
-            b += values[k] * y[j, 1]
-            c += values[k] * y[j, 2]
-        across = a * normal[i, 0] + b * normal[i, 1] + c * normal[i, 2]
-        total += weight[i] * (across * across + TANGENTIAL * (a * a + b * b + c * c))
-        a = 2 * weight[i] * (across * normal[i, 0] + TANGENTIAL * a)
-        b = 2 * weight[i] * (across * normal[i, 1] + TANGENTIAL * b)
-        c = 2 * weight[i] * (across * normal[i, 2] + TANGENTIAL * c)
-        for k in range(starts[i], starts[i + 1]):
-            j = columns[k]
-            by_y[j, 0] += values[k] * a
-            by_y[j, 1] += values[k] * b
-            by_y[j, 2] += values[k] * c
-    return total, by_y
+    return function
