@@ -45,8 +45,8 @@ class Clock:
     def run(self, name: str, call: Callable[[], Value]) -> Value:
         """Call a function, measure its time, without that of steps in it, and log one line.
 
-        Raises InputError and MeshingError as the function; any other exception becomes a MeshingError
-        with the name of the step.
+        Raises InputError and MeshingError as the function; any other exception becomes a
+        MeshingError with the name of the step.
         """
         logger.debug("%s begins", name, extra={"stage": name})
         begin = time.perf_counter() - sum(self.seconds.values())
