@@ -281,16 +281,18 @@ def test_heat_through_a_bar_is_exact(element, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_the_ties_of_a_bolt_carry_its_load_to_the_plate(tmp_path) -> None:
+@pytest.mark.parametrize(("interfaces", "ties"), [("tie", 2), ("conform", 0)])
+def test_a_bolt_carries_its_load_to_the_plate(interfaces, ties, tmp_path) -> None:
     """The reactions of both ends of the plate are half of the force on the head of the bolt."""
     part = assemblies.named(assemblies.write("bolted", tmp_path), "PLATE", "BOLT")
     words = ["cad.solid=all", "order=[meshing]", "meshing.size=3", "export=[abaqus]"]
     words += ["effort=first", "analysis=static", "cad.materials={PLATE: aluminium}"]
+    words += [f"cad.interfaces={interfaces}"]
     words += ["analysis.fixed=[PLATE_x_min, x_max]"]
     words += ["analysis.loads=[{at: BOLT_z_max, force: [0, 0, 500]}]"]
     assert _command(config(f"mesh={part}", f"output_dir={tmp_path / 'out'}", *words)) == 0
     path = tmp_path / "out" / "hex.inp"
-    assert path.read_text().count("*TIE") == 2
+    assert path.read_text().count("*TIE") == ties
     asked = "*NODE PRINT, NSET={}, TOTALS=ONLY\nRF\n".format
     more = f"{asked('PLATE_x_min')}{asked('x_max')}*END STEP\n"
     path.write_text(path.read_text().replace("*END STEP\n", more))
