@@ -79,7 +79,10 @@ def test_missing_columns_are_empty_cells() -> None:
                 ["slabs=[5,2]"],
                 "error: slabs must be the smallest and the largest number, such as [2, 5]; got [5",
             ),
-            (["sampler.steps=0"], "error: sampler=ddim: steps must be at least 1; got 0"),
+            (
+                ["sampler.steps=0"],
+                "error: sampler=ddim: steps must be a whole number, 1 or more; got 0",
+            ),
         ],
     ),
 )

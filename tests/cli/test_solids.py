@@ -201,6 +201,7 @@ def test_the_deck_of_all_states_materials_supports_and_loads(done, cubes, tmp_pa
 def solved_again(cubes, folder, *more, number=2):
     """Exit code and sentence of the first solids, analysed together, from earlier meshes."""
     words = [f"mesh={cubes}", "cad.solid=all", *QUICK, f"output_dir={folder}", *more]
+    words += ["cad.interfaces=tie"]
     solids = read_solids(cubes)[:number]
     return run_solids(compose("infer", words), solids, folder, lambda cfg, placed=None: (0, ""))
 

@@ -99,7 +99,7 @@ def test_an_inverted_hex_is_untangled(tmp_path):
             (["hex={box}", "mesh=example:rod"], "give both in the same units: it is "),
             (
                 ["hex={box}", "acceptance.certify=somewhere"],
-                "certify must be everywhere or corners",
+                "certify must be one of everywhere, corners",
             ),
             (["hex={box}", "improve.order=[meshing/subdivide]"], "needs polycube"),
         ],

@@ -33,7 +33,7 @@ class Paper(Given, Structure):
     seed : seed of the sample points and the sampler
     """
 
-    context: Sequence[str | None] = setting("context", ())
+    context: Sequence[str | None] | None = setting("context", ())  # type: ignore[assignment]
     weights: str | None = setting("ckpt", None)
     sampler: Mapping[str, object] = choice("sampler", "ddpm")
     tried: int = 2
