@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from polycube.analysis.loads import Load, check_expression
-from polycube.analysis.problem import Preload, Rotation, Statics, Vector, material
+from polycube.analysis.preloads.preload import Preload
+from polycube.analysis.problem import Rotation, Statics, Vector, material
 from polycube.analysis.supports import prescribed, split, supports
 from polycube.registry import register
 from polycube.types import Deformation, Spline

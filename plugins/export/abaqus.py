@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from polycube.analysis.problem import Conduction, Preload, Statics
+from polycube.analysis.preloads.preload import Preload
+from polycube.analysis.problem import Conduction, Statics
 from polycube.errors import InputError
 from polycube.registry import BY_RUN, register
 from polycube.types import HexMesh, Spline

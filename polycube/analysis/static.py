@@ -24,8 +24,9 @@ from polycube.analysis.cyclic import Sector
 from polycube.analysis.loads import NOTHING, Load, at_points
 from polycube.analysis.peaks import Singular, peaks, poor_elements, singular_places
 from polycube.analysis.preconditioner import approximate_inverse, solvers
+from polycube.analysis.preloads.preload import Preload
 from polycube.analysis.preloads.sections import Cut
-from polycube.analysis.problem import EQUAL, Cyclic, Material, Preload, Rotation
+from polycube.analysis.problem import EQUAL, Cyclic, Material, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
 from polycube.spline.bernstein import gauss, volume_basis

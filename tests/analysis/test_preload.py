@@ -9,8 +9,9 @@ from scipy.spatial import cKDTree
 from polycube.analysis.boundary_sets import faces_of
 from polycube.analysis.constraints import Support
 from polycube.analysis.loads import Load
+from polycube.analysis.preloads.preload import Preload
 from polycube.analysis.preloads.sections import CORNERS, sections
-from polycube.analysis.problem import Cyclic, Material, Preload
+from polycube.analysis.problem import Cyclic, Material
 from polycube.analysis.recovery import samples
 from polycube.analysis.static import deform
 from polycube.errors import InputError

@@ -156,6 +156,21 @@ def test_solids_that_touch_are_meshed_together(cubes, tmp_path, capsys):
 
 
 @pytest.mark.slow
+def test_solids_that_are_meshed_together_are_only_analysed_together(tmp_path):
+    bars = assemblies.named(assemblies.write("bars", tmp_path), "first", "second")
+    words = ["cad.solid=all", "meshing.size=5", "analysis=modal", "analysis.modes=8"]
+    folder = tmp_path / "out"
+    cfg = compose("infer", [f"mesh={bars}", *words, f"output_dir={folder}"])
+    assert run_solids(cfg, read_solids(bars), folder, attempt) == (0, "")
+    assert len(report(folder)["modes"]["frequency_hz"]) == 8
+    for name in ("first", "second"):
+        alone = report(folder / name)
+        assert alone["valid"] and "modes" not in alone and "spline" not in alone
+    both = report(folder)["spline"]
+    assert both["elements"] == 2 * 2 * (8 + 12) and both["functions"] == 3 * 3 * (8 + 12 + 1)
+
+
+@pytest.mark.slow
 def test_solids_without_a_common_structure_are_tied_and_the_report_says_why(done, cubes, tmp_path):
     folder = shutil.copytree(done[1], tmp_path / "again")
     assert combined_again(cubes, folder, "cad.interfaces=conform") == (0, "")

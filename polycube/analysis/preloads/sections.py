@@ -19,7 +19,7 @@ from polycube.analysis.boundary_sets import sets_of_sides, trace
 from polycube.analysis.constraints import Support
 from polycube.analysis.continuous import Elasticity
 from polycube.analysis.cyclic import Sector
-from polycube.analysis.problem import Preload
+from polycube.analysis.preloads.preload import Preload
 from polycube.errors import InputError
 from polycube.hexmesh.connectivity import FACES, PLACES, neighbours
 from polycube.spline.boundary import boundary_nodes

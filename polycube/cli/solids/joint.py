@@ -25,7 +25,7 @@ ALONE = ("at", "regions")  # options of meshing that refer to a solid alone
 
 def write_joint_meshes(
     cfg: Json, solids: Sequence[Solid], folder: Path
-) -> tuple[dict[int, Path], list[str]]:
+) -> tuple[list[dict[int, Path]], list[str]]:
     """Mesh solids that touch together.
 
     Parameters
@@ -35,19 +35,19 @@ def write_joint_meshes(
 
     Returns
     -------
-    files : the hexes of each solid of such a group, by its number
+    groups : files with the hexes of the solids of each such group, by their number
     notes : why others are meshed one by one, with ties
     """
     settings = Settings.of(cfg)
     if any(cfg["meshing"].get(name) for name in ALONE) or settings.cad.remove != Remove():
-        return {}, [
+        return [], [
             "meshing.at, meshing.regions and cad.remove are for solids that are meshed one by one"
         ]
     try:
         groups = touching(Path(str(cfg["mesh"])), cfg["cad"]["segments"])
     except InputError as error:
-        return {}, [f"all solids are meshed one by one, because {error}"]
-    found: dict[int, Path] = {}
+        return [], [f"all solids are meshed one by one, because {error}"]
+    found: list[dict[int, Path]] = []
     notes = []
     for surfaces in groups:
         named = ", ".join(solids[number - 1].name for number in surfaces)
@@ -59,10 +59,10 @@ def write_joint_meshes(
         sys.stderr.write(f"{printable(named)} are meshed together\n")
         with manifest.writing(folder) as scratch:
             (scratch / FOLDER).mkdir(exist_ok=True)
-            for number, mesh in zip(surfaces, meshes, strict=True):
-                name = f"{FOLDER}/{solids[number - 1].name}.vtu"
+            names = {number: f"{FOLDER}/{solids[number - 1].name}.vtu" for number in surfaces}
+            for name, mesh in zip(names.values(), meshes, strict=True):
                 write_hex_vtu(scratch / name, mesh)
-                found[number] = folder / name
+            found.append({number: folder / name for number, name in names.items()})
     return found, notes
 
 

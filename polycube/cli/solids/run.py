@@ -15,7 +15,7 @@ from polycube.cli.batch import ROW, Attempt, run_job
 from polycube.cli.signals import INTERRUPTED
 from polycube.cli.solids.joint import given, write_joint_meshes
 from polycube.cli.solids.result import MADE, PAGE, write_assembly
-from polycube.cli.solids.settings import of_runs
+from polycube.cli.solids.settings import is_analysed, of_runs, unsolved
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
@@ -100,7 +100,10 @@ def run_solids(
     codes: dict[int, int] = {}
     with locked(folder):
         is_joint = cfg["cad"]["interfaces"] == CONFORM and "meshing" in cfg["order"]
-        meshes, notes = write_joint_meshes(settings[0], solids, folder) if is_joint else ({}, [])
+        groups, notes = write_joint_meshes(settings[0], solids, folder) if is_joint else ([], [])
+        meshes = {number: path for group in groups for number, path in group.items()}
+        if [len(group) for group in groups] == [len(solids)] and is_analysed(cfg, solids):
+            settings = [unsolved(own) for own in settings]
         for solid, own in zip(solids, settings, strict=True):
             job = attempt
             if solid.number in meshes:

@@ -38,12 +38,12 @@ def of_runs(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
             what = f"{name!r} is no place of an assembly; {_listed(solids)}"
             remedy = f"write {starts[0]}z_max for the set of a solid, z_max for the end of all"
             raise InputError(what, "analysis", remedy)
+    if is_analysed(cfg, solids):
+        return [unsolved(own) for own in settings]
     held = cfg["spline"].get("held")
     is_default = held and held == cfg["analysis"].get("fixed")
     spline = {**cfg["spline"], "held": []} if is_default else cfg["spline"]
-    if is_analysed(cfg, solids):  # on a spline of all, see `analysis`
-        spline = {"plugin": None}
-    return [{**own, "analysis": _unsolved(own["analysis"]), "spline": spline} for own in settings]
+    return [{**unsolved(own), "spline": spline} for own in settings]
 
 
 def is_analysed(cfg: Json, solids: Sequence[Solid]) -> bool:
@@ -75,10 +75,12 @@ def states_assemblies(export: Export) -> bool:
     return bool(getattr(export, "states_assemblies", False))
 
 
-def _unsolved(analysis: Json) -> dict[str, Any]:
-    """The options of an analysis that also matter without it."""
-    kept = {name: analysis[name] for name in ("units", "material") if name in analysis}
-    return {"plugin": None, **kept}
+def unsolved(cfg: Json) -> dict[str, Any]:
+    """The settings of a solid that is analysed with others, on a spline of all."""
+    kept = {
+        name: cfg["analysis"][name] for name in ("units", "material") if name in cfg["analysis"]
+    }
+    return {**cfg, "analysis": {"plugin": None, **kept}, "spline": {"plugin": None}}
 
 
 def _with_materials(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
