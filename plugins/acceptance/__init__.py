@@ -1,4 +1,1 @@
-"""When a hex mesh is valid, and which of two is better.
-
-Imports the core.
-"""
+"""When a hex mesh is valid, and which of two is better."""

@@ -1,4 +1,1 @@
-"""Ranking of proposed structures.
-
-Imports `polycube` only.
-"""
+"""Ranking of proposed structures."""

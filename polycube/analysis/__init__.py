@@ -1,4 +1,1 @@
-"""Finite elements on a spline: vibration modes, statics, conduction.
-
-Imports `spline` and the layers below.
-"""
+"""Finite elements on a spline: vibration modes, statics, conduction."""

@@ -1,4 +1,1 @@
-"""The map of the paper: segment the surface, flatten each patch, extend the map to the interior.
-
-Imports `hexmesh` and the layers below.
-"""
+"""The map of the paper: segment the surface, flatten each patch, extend the map to the interior."""

@@ -1,4 +1,1 @@
-"""Example parts as files, which `docs.generators.examples` writes.
-
-Imports `types` and `errors`.
-"""
+"""Example parts as files, which `docs.generators.examples` writes."""

@@ -1,4 +1,1 @@
-"""Move the vertices of a hex mesh: registration to a surface, pillowing, polishing, refinement.
-
-Imports `hexmesh` and the layers below.
-"""
+"""Move the vertices of a hex mesh: registration to a surface, pillowing, polishing, refinement."""

@@ -1,4 +1,1 @@
-"""Hex meshes: connectivity, generation, quality, certificates and named sets.
-
-Imports `structure`, `surface` and the layers below.
-"""
+"""Hex meshes: connectivity, generation, quality, certificates and named sets."""

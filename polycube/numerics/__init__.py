@@ -1,4 +1,1 @@
-"""Numerical methods without meshes: threads, descent, sparse solvers.
-
-Imports numpy, scipy and numba only.
-"""
+"""Numerical methods without meshes: threads, descent, sparse solvers."""

@@ -1,4 +1,1 @@
-"""Volumetric splines on hex meshes: Bezier elements, fit, certificates; numpy and scipy only.
-
-Imports `hexmesh` and the layers below.
-"""
+"""Volumetric splines on hex meshes: Bezier elements, fit, certificates; numpy and scipy only."""

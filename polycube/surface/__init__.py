@@ -1,4 +1,1 @@
-"""Triangle surfaces: measures, frames, creases, closest points, intersections. No file access.
-
-Imports `numerics` and the data types.
-"""
+"""Triangle surfaces: measures, frames, creases, closest points, intersections. No file access."""

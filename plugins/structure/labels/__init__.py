@@ -1,4 +1,1 @@
-"""Propose polycubes from labels of the surface: one of six directions per face of the part.
-
-Imports `polycube` and `slices`.
-"""
+"""Propose polycubes from labels of the surface: one of six directions per face of the part."""

@@ -1,4 +1,1 @@
-"""Propose polycubes with a trained network.
-
-Imports `polycube`, `slices` and `labels`.
-"""
+"""Propose polycubes with a trained network."""

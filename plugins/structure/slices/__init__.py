@@ -1,4 +1,1 @@
-"""Polycubes from the slices of a voxel solid.
-
-Imports `polycube` and this folder.
-"""
+"""Polycubes from the slices of a voxel solid."""

@@ -1,4 +1,1 @@
-"""Training pairs: random polycubes, deformed to resemble real parts.
-
-Imports `diffusion` and the layers below.
-"""
+"""Training pairs: random polycubes, deformed to resemble real parts."""

@@ -1,4 +1,1 @@
-"""Train a denoiser, monitor the training, and evaluate the result.
-
-Imports `diffusion` and the layers below; Lightning is imported only here and in `cli`.
-"""
+"""Train a denoiser, monitor the training, and evaluate the result."""

@@ -1,4 +1,1 @@
-"""Match edges of a hex mesh with the creases of a surface.
-
-Imports `fitting` and the layers below.
-"""
+"""Match edges of a hex mesh with the creases of a surface."""

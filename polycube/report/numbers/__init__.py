@@ -1,4 +1,1 @@
-"""The content of `report.json`: measures of mesh, spline and solution.
-
-Imports `io` and the layers below.
-"""
+"""The content of `report.json`: measures of mesh, spline and solution."""

@@ -1,4 +1,1 @@
-"""`report.html`: its sections, charts and 3-D view.
-
-Imports `numbers` and `pictures`.
-"""
+"""`report.html`: its sections, charts and 3-D view."""

@@ -1,4 +1,1 @@
-"""Pictures: scenes, their off-screen renderer, the denoising.
-
-Imports `io` and the layers below.
-"""
+"""Pictures: scenes, their off-screen renderer, the denoising."""

@@ -1,4 +1,1 @@
-"""Spline spaces on unstructured hex meshes: extraction, subdivision, hierarchies.
-
-Imports `spline` and the layers below.
-"""
+"""Spline spaces on unstructured hex meshes: extraction, subdivision, hierarchies."""

@@ -1,4 +1,1 @@
-"""Reconstruction of a closed surface from a point cloud.
-
-Imports surface and below.
-"""
+"""Reconstruction of a closed surface from a point cloud."""

@@ -1,4 +1,1 @@
-"""Turn the triangles of a file into a closed, oriented surface, and report the changes.
-
-Imports `surface` and the layers below.
-"""
+"""Turn the triangles of a file into a closed, oriented surface, and report the changes."""
