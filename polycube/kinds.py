@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from inspect import signature
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from polycube.analysis.problem import Problem
-from polycube.errors import InputError
+from polycube.diffusion.protocols import Data, Model, Sampler, Schedule
 from polycube.types import (
     Candidate,
     HexMesh,
@@ -39,44 +41,6 @@ class Primitive(Protocol):
 
     def __call__(self) -> np.ndarray:
         """(3, 3, 3) bool voxels of the cell, True where it is full."""
-
-
-class Schedule(Protocol):
-    """Noise schedule."""
-
-    def __call__(self) -> np.ndarray:
-        """alpha_bar (T + 1,), decreasing from 1."""
-
-
-class Model(Protocol):
-    """Network: (channels, outputs, context length, image) -> torch module."""
-
-    any_size: ClassVar[bool] = False  # whether images may have any size
-
-    def __call__(self, channels: int, outputs: int, context: int, image: tuple[int, int]) -> object:
-        """A torch module (x (B, channels, h, w), t (B,), context) -> (B, outputs, h, w)."""
-
-
-class Sampler(Protocol):
-    """Reverse diffusion from x_T to x_0, with recorded states for the trajectory."""
-
-    def __call__(self, *args: object, **options: object) -> object:
-        """See `polycube.testing.learning` for the arguments and the result."""
-
-
-class Data(Protocol):
-    """Training pairs: an unlimited stream of geometry, polycube, labels and context."""
-
-    pads: bool  # the pixels of empty cells are zeros, as published
-    gridless: ClassVar[bool] = False  # pairs without a grid, for grid=any only
-    fixed: ClassVar[bool] = False  # the pairs do not depend on the seed
-
-    def __call__(self, *args: object, **options: object) -> object:
-        """See `polycube.testing.learning` for the arguments and the result."""
-
-    def held_out(self, *args: object, **options: object) -> object:
-        """The pairs on which a training is measured; by default other pairs of the same stream."""
-        return self(*args, **options)
 
 
 class Structure(Protocol):
@@ -156,39 +120,31 @@ class Map(Protocol):
         """A map with its boundary on the surface."""
 
 
-@runtime_checkable
 class Subdivide(Protocol):
-    """Cut the polycube into hexes and place them."""
+    """Cut the polycube into hexes and place them.
+
+    The search repeats a mesh with the options that other methods return. They return None, and need
+    not be defined, if the plugin does not support this.
+    """
 
     def finer_options(self, times: float) -> Mapping[str, object] | None:
-        """Options that make the hexes `times` smaller; None if their number is fixed."""
+        """Options that make the hexes `times` smaller."""
+        return None
+
+    def count_options(self, missing: Sequence[int]) -> Mapping[str, object] | None:
+        """Options for `missing` additional hexes (fewer if negative) at each entry of its option
+        `at`: numbers of hexes at faces of the part.
+        """
+        return None
+
+    def crease_options(self, distance: float) -> Mapping[str, object] | None:
+        """Options for a distance between mesh edges and sharp edges, as a share of the diagonal."""
+        return None
 
     def __call__(
         self, surface: TriMesh, polycube: Polycube, rough_map: RoughMap, blocks: HexMesh | None
     ) -> HexMesh:
         """Conforming hexes that are not on the surface yet; made from `blocks` if there are any."""
-
-
-@runtime_checkable
-class CountsHexes(Protocol):
-    """A subdivision with the option `at`: numbers of hexes at faces of the part."""
-
-    at: Sequence[object]
-
-    def count_options(self, missing: Sequence[int]) -> Mapping[str, object] | None:
-        """Options for `missing` additional hexes (fewer if negative) at each entry of `at`; None if
-        their number is fixed.
-        """
-
-
-@runtime_checkable
-class FollowsCreases(Protocol):
-    """A subdivision with smaller hexes along the sharp edges of the surface."""
-
-    def crease_options(self, distance: float) -> Mapping[str, object] | None:
-        """Options for a distance between mesh edges and sharp edges, as a share of the diagonal;
-        None if the number of hexes is fixed.
-        """
 
 
 class Improve(Protocol):
@@ -213,21 +169,17 @@ class Analysis(Protocol):
     """Solve a problem on the spline."""
 
     @property
+    def problem(self) -> Problem | None:
+        """Material, supports and loads, for input files of other solvers; None if not known."""
+        return None
+
+    @property
     def places(self) -> Sequence[object]:
         """Boundary sets that the options refer to."""
-        return ()
+        return self.problem.places if self.problem else ()
 
     def __call__(self, spline: Spline) -> Solution:
         """The solution."""
-
-
-@runtime_checkable
-class StatesProblem(Protocol):
-    """An analysis that describes its problem, for input files of other solvers."""
-
-    @property
-    def problem(self) -> Problem:
-        """Material, supports and loads."""
 
 
 class Export(Protocol):
@@ -249,15 +201,18 @@ class Kind:
     """A kind of plugin; for a stage also its inputs and its output."""
 
     protocol: type  # interface of the plugins
-    takes: tuple[str, ...] = ()  # inputs, fields of `polycube.state.RunState`
-    gives: str = ""  # output, a field of it
+    gives: str = ""  # output of a stage, a field of `polycube.state.RunState`
     # whether the stage, and those after it, run only on meshes that are expected to lead then
     cures: bool = False
     once: bool = False  # whether the stage runs only once, on the best mesh of the search
     fits: bool = True  # whether the boundary of the resulting hexes is on the surface
 
+    @cached_property
+    def takes(self) -> tuple[str, ...]:
+        """Inputs of a stage, fields of the run state: the arguments of its plugins."""
+        _, *names = signature(self.protocol.__call__).parameters
+        return tuple(names) if self.gives else ()
 
-_MESH = ("surface", "hexes")
 
 KINDS = {
     # the learning half
@@ -273,55 +228,18 @@ KINDS = {
     "estimate": Kind(Estimate),
     "policy": Kind(Policy),
     # the stages of a run, in their natural order
-    "meshing/segment": Kind(Segment, ("surface", "polycube", "parametrization"), "labels"),
-    "meshing/map": Kind(
-        Map, ("surface", "polycube", "labels", "parametrization", "rough_map"), "rough_map"
-    ),
-    "meshing/subdivide": Kind(
-        Subdivide, ("surface", "polycube", "rough_map", "blocks"), "hexes", fits=False
-    ),
-    "meshing/smooth": Kind(Improve, _MESH, "hexes"),
-    "meshing/pillow": Kind(Improve, _MESH, "hexes"),
-    "meshing/optimize": Kind(Improve, _MESH, "hexes"),
-    "meshing/cure": Kind(Improve, _MESH, "hexes", cures=True),
-    "meshing/refine": Kind(Improve, _MESH, "hexes", once=True),
-    "spline": Kind(SplineSpace, _MESH, "spline"),
-    "analysis": Kind(Analysis, ("spline",), "solution"),
+    "meshing/segment": Kind(Segment, "labels"),
+    "meshing/map": Kind(Map, "rough_map"),
+    "meshing/subdivide": Kind(Subdivide, "hexes", fits=False),
+    "meshing/smooth": Kind(Improve, "hexes"),
+    "meshing/pillow": Kind(Improve, "hexes"),
+    "meshing/optimize": Kind(Improve, "hexes"),
+    "meshing/cure": Kind(Improve, "hexes", cures=True),
+    "meshing/refine": Kind(Improve, "hexes", once=True),
+    "spline": Kind(SplineSpace, "spline"),
+    "analysis": Kind(Analysis, "solution"),
     # what comes out
     "export": Kind(Export),
 }
 
 STAGES = tuple(name for name, kind in KINDS.items() if kind.gives)
-RESULTS = ("hexes", "spline", "solution")  # outputs that need no later stage to be of use
-
-
-def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
-    """Check that every stage has its inputs and that every output is used.
-
-    Parameters
-    ----------
-    order : kinds of stages, in the order in which they run
-    have : fields of the run state that exist before the first stage
-
-    Raises
-    ------
-    InputError
-        If a stage is unknown, lacks an input, or its output is not used.
-    """
-    present = set(have)
-    for number, stage in enumerate(order):
-        if stage not in STAGES:
-            raise InputError(f"{stage!r} is not a stage; the stages are {', '.join(STAGES)}")
-        kind = KINDS[stage]
-        missing = [name for name in kind.takes if name not in present]
-        if missing:
-            stages = ((name, KINDS[name]) for name in STAGES)
-            makers = [n for n, own in stages if own.gives in missing and own.gives not in own.takes]
-            hint = f"; put {' or '.join(makers)} before it" if makers else ""
-            what = f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
-            raise InputError(what)
-        rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
-        if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
-            what = f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
-            raise InputError(what)
-        present.add(kind.gives)

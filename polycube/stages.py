@@ -1,20 +1,21 @@
-"""Build the stages of a run, and run them in sequence with a clock."""
+"""Check the order of the stages of a run, build them, and run them in sequence with a clock."""
 
 import logging
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from polycube.errors import InputError, MeshingError
-from polycube.kinds import KINDS, check_chain
+from polycube.kinds import KINDS, STAGES
 from polycube.numerics.lbfgs import counted
 from polycube.registry import build
 from polycube.state import RunState
 
 logger = logging.getLogger(__name__)
 
+RESULTS = ("hexes", "spline", "solution")  # outputs that need no later stage to be of use
 Value = TypeVar("Value")
 
 
@@ -90,3 +91,35 @@ def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage
     order = bundle["order"]
     check_chain([*order, "spline"], have)
     return build_stages(order, {f"meshing/{name}": value for name, value in bundle.items()})
+
+
+def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
+    """Check that every stage has its inputs and that every output is used.
+
+    Parameters
+    ----------
+    order : kinds of stages, in the order in which they run
+    have : fields of the run state that exist before the first stage
+
+    Raises
+    ------
+    InputError
+        If a stage is unknown, lacks an input, or its output is not used.
+    """
+    present = set(have)
+    for number, stage in enumerate(order):
+        if stage not in STAGES:
+            raise InputError(f"{stage!r} is not a stage; the stages are {', '.join(STAGES)}")
+        kind = KINDS[stage]
+        missing = [name for name in kind.takes if name not in present]
+        if missing:
+            stages = ((name, KINDS[name]) for name in STAGES)
+            makers = [n for n, own in stages if own.gives in missing and own.gives not in own.takes]
+            hint = f"; put {' or '.join(makers)} before it" if makers else ""
+            what = f"stage {stage!r} needs {', '.join(missing)}, which no earlier stage makes{hint}"
+            raise InputError(what)
+        rest = [KINDS[each] for each in order[number + 1 :] if each in KINDS]
+        if kind.gives not in {*RESULTS, *(name for each in rest for name in each.takes)}:
+            what = f"stage {stage!r} makes {kind.gives}, which no later stage uses; remove it"
+            raise InputError(what)
+        present.add(kind.gives)

@@ -3,7 +3,8 @@
 import pytest
 
 from polycube.errors import InputError
-from polycube.kinds import KINDS, check_chain
+from polycube.kinds import KINDS
+from polycube.stages import check_chain
 
 START = ("surface", "candidates")
 

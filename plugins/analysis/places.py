@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from polycube.analysis.loads import check_expression
 from polycube.analysis.problem import Cyclic
 from polycube.analysis.supports import AXES, is_number, split
-from polycube.kinds import StatesProblem
+from polycube.kinds import Analysis
 from polycube.registry import BY_RUN
 from polycube.types import Json
 from polycube.types.checks import options_of
@@ -15,7 +15,7 @@ from polycube.units import AUTO, checked_unit
 
 
 @dataclass(frozen=True)
-class OfProblem(StatesProblem):
+class OfProblem(Analysis):
     """An analysis that describes its problem.
 
     Parameters
@@ -40,11 +40,6 @@ class OfProblem(StatesProblem):
         object.__setattr__(self, "units", checked_unit(self.units))
         if self.cyclic is not None:
             object.__setattr__(self, "cyclic", options_of("cyclic", Cyclic, self.cyclic))
-
-    @property
-    def places(self) -> list[object]:
-        """Boundary sets that the analysis needs."""
-        return self.problem.places
 
 
 def check_items(

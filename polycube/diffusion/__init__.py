@@ -1,1 +1,1 @@
-"""The diffusion model: encoding, drift process, networks, weights; only this layer imports torch."""
+"""The diffusion model: encoding, drift process, networks and weights."""

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import missing
 from polycube.hexmesh.inspection import Inspection, inspect
 from polycube.hexmesh.settings import creases_of
-from polycube.kinds import CountsHexes, FollowsCreases, Subdivide
 from polycube.search.chain import merged, with_options
 from polycube.search.history import History, Move, Outcome
 from polycube.surface.measures import diagonal
@@ -64,11 +63,15 @@ class Again(Move):
         """The number of the mesh and the reason."""
         return f"mesh {self.of} {self.reason}"
 
-    def subdivision(self, history: History) -> object | None:
-        """The plugin that made the hexes."""
+    def subdivision(self, history: History) -> Any:
+        """The plugin that made the hexes; None if the mesh was given."""
         options, stages = history.outcomes[self.of].options, history.task.fit
         plugins = {s.kind: s.plugin for s in with_options(stages, options)}
         return plugins.get(SUBDIVIDE)
+
+    def asked(self, history: History, method: str, value: object) -> Mapping[str, object] | None:
+        """Options by a method of the subdivision; None if it does not have the method."""
+        return getattr(self.subdivision(history), method, lambda value: None)(value)
 
     def inspection(self, history: History) -> Inspection:
         """Measurements of the mesh."""
@@ -85,13 +88,13 @@ class Finer(Again):
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for the predicted size, at most `STEP` times smaller."""
-        subdivide = self.subdivision(history)
         verdict = history.outcomes[self.of].verdict
-        if not verdict.lost or not isinstance(subdivide, Subdivide):
+        if not verdict.lost:
             return None
         features = self.inspection(history).features
         farthest = max((each.excess(verdict.goal) for each in features), default=np.inf)
-        return subdivide.finer_options(float(np.clip(MARGIN * farthest**0.5, MARGIN, STEP)))
+        times = float(np.clip(MARGIN * farthest**0.5, MARGIN, STEP))
+        return self.asked(history, "finer_options", times)
 
 
 class Closer(Again):
@@ -101,13 +104,13 @@ class Closer(Again):
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for the predicted size."""
-        wanted, subdivide = history.task.bundle.get("deviation"), self.subdivision(history)
-        if wanted is None or not isinstance(subdivide, Subdivide):
+        wanted = history.task.bundle.get("deviation")
+        if wanted is None:
             return None
         found = self.inspection(history)
         unit = diagonal(found.surface)
         times = MARGIN * (found.deviation.p99 * unit / sizing.length(wanted, unit)) ** 0.5
-        return subdivide.finer_options(times) if MARGIN < times <= FINEST else None
+        return self.asked(history, "finer_options", times) if MARGIN < times <= FINEST else None
 
 
 class AlongCreases(Again):
@@ -117,13 +120,13 @@ class AlongCreases(Again):
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for the distance `meshing.creases`."""
-        found, subdivide = self.inspection(history), self.subdivision(history)
+        found = self.inspection(history)
         requested = creases_of(history.task.bundle.get("creases"), found.surface)
-        if requested is None or not isinstance(subdivide, FollowsCreases):
+        if requested is None:
             return None
         unit = diagonal(found.surface)
         wanted = sizing.length(requested, unit) / unit
-        return subdivide.crease_options(wanted) if found.creases > wanted else None
+        return self.asked(history, "crease_options", wanted) if found.creases > wanted else None
 
 
 class MoreParts(Again):
@@ -137,9 +140,9 @@ class MoreParts(Again):
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for as many parts as hexes are missing, fewer for superfluous ones."""
-        subdivide = self.subdivision(history)
-        if not isinstance(subdivide, CountsHexes) or not subdivide.at:
+        at = getattr(self.subdivision(history), "at", ())
+        if not at:
             return None
         found = self.inspection(history)
-        off = missing(found.mesh, found.surface, requests_of(subdivide.at))
-        return subdivide.count_options(off) if any(off) else None
+        off = missing(found.mesh, found.surface, requests_of(at))
+        return self.asked(history, "count_options", off) if any(off) else None

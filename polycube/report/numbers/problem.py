@@ -9,7 +9,6 @@ from polycube.analysis.loads import Load
 from polycube.analysis.problem import MATERIALS, Conduction, Material, Prescribed, Problem, Statics
 from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import set_name
-from polycube.kinds import StatesProblem
 from polycube.registry import build
 from polycube.report.numbers.formatting import number
 from polycube.types import AXES, HexMesh, Json
@@ -22,8 +21,7 @@ def problem_of(config: Json) -> Problem | None:
     chosen = config.get("analysis") or {}
     if chosen.get("plugin") is None:
         return None
-    plugin = build("analysis", chosen)
-    return plugin.problem if isinstance(plugin, StatesProblem) else None
+    return getattr(build("analysis", chosen), "problem", None)
 
 
 def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:

@@ -14,8 +14,8 @@ from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import deviation
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.kinds import check_chain
 from polycube.registry import build
+from polycube.stages import check_chain
 from polycube.structure.rough_map import affine_map
 from polycube.types import Json, Polycube, TriMesh
 

@@ -11,8 +11,8 @@ from polycube.fitting.snapping import exceeded_limits
 from polycube.hexmesh.connectivity import check_conforming
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.kinds import check_chain
 from polycube.registry import build
+from polycube.stages import check_chain
 from polycube.structure.rough_map import affine_map
 from polycube.testing import check_plugin
 from polycube.types import Json, Labels
