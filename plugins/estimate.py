@@ -1,7 +1,4 @@
-"""Estimates: what a move of the search gains, and what it costs.
-
-Imports `polycube` only.
-"""
+"""Estimates: what a move of the search gains, and what it costs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Policies: which move of the search is next.
-
-Imports `polycube` only.
-"""
+"""Policies: which move of the search is next."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

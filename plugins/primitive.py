@@ -1,7 +1,4 @@
-"""Unit cells of polycubes: those of the paper, cells with crossing holes, cells with a blind hole.
-
-Imports `polycube` only.
-"""
+"""Unit cells of polycubes: those of the paper, with crossing holes, with a blind hole."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -84,10 +84,8 @@ def quote(text: str) -> str:
 
 def literal(value: object) -> str:
     """A value in Hydra's syntax; text is taken literally, as by `quote`."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
+    if value is None or isinstance(value, bool):
+        return json.dumps(value)
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, Mapping):

@@ -96,15 +96,10 @@ def meshing_stages(bundle: Mapping[str, Any], have: Sequence[str]) -> list[Stage
 def check_chain(order: Sequence[str], have: Iterable[str]) -> None:
     """Check that every stage has its inputs and that every output is used.
 
-    Parameters
-    ----------
+    Raises InputError if a stage is unknown, lacks an input, or its output is not used.
+
     order : kinds of stages, in the order in which they run
     have : fields of the run state that exist before the first stage
-
-    Raises
-    ------
-    InputError
-        If a stage is unknown, lacks an input, or its output is not used.
     """
     present = set(have)
     for number, stage in enumerate(order):

@@ -12,7 +12,7 @@ from polycube.types.options import Options, Positive
 
 @register("meshing/segment", "nearest")
 @dataclass(frozen=True)
-class Nearest:
+class Nearest(Options):
     """Label each face with the polycube face that is nearest to its place on the polycube.
 
     Parameters
@@ -35,22 +35,19 @@ class Nearest:
 
 @register("meshing/segment", "drawn")
 @dataclass(frozen=True)
-class Drawn(Options):
+class Drawn(Nearest):
     """Draw the edges of the polycube on the surface, and label the regions between them.
 
     Raises MeshingError with a polycube face if the regions do not correspond to the faces.
 
     Parameters
     ----------
-    alpha : distance in cells that is equivalent to a unit difference of normals
     rounds : number of rounds of the majority vote, on the initial labels and on the result
     longest : longest edge of the surface before it is cut, as a share of the diagonal
     """
 
     references: ClassVar[tuple[str, ...]] = ("yu2022hexgen",)
 
-    alpha: float = 0.3
-    rounds: int = 5
     longest: Positive = 0.02
 
     def __call__(
@@ -60,7 +57,7 @@ class Drawn(Options):
         from polycube.charts.segmentation import segment
         from polycube.structure.projection import majority
 
-        guide = Nearest(self.alpha, self.rounds)(surface, polycube, parametrization)
+        guide = super().__call__(surface, polycube, parametrization)
         drawn = segment(surface, polycube, guide, parametrization, self.longest).labels(surface)
         axis = np.zeros(drawn.patch.max() + 1, np.int64)
         axis[drawn.patch] = drawn.axis

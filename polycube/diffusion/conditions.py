@@ -23,8 +23,6 @@ AXES = 6  # number of directions of a face
 class Condition(ABC):
     """Common properties of the two conditions; without a grid it is empty.
 
-    Attributes
-    ----------
     grid : cells along x, y, z
     cells, primitives : possible contents of a cell, as configured and by name, in the order of the
         vector

@@ -11,11 +11,11 @@ import numpy as np
 
 from polycube.errors import InputError, MeshingError, MissingPackage
 from polycube.kinds import Ranking, Structure
-from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.settings import Settings
 from polycube.registry import build
 from polycube.stages import Clock
 from polycube.surface.measures import genus
-from polycube.types import Candidate, Ranked, Tier, TriMesh
+from polycube.types import Candidate, Json, Ranked, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
 
@@ -128,7 +128,7 @@ def grids(settings: Settings) -> list[Grid]:
     return large[:1] or shapes[-1:]
 
 
-def _check_unused(name: str, config: Node, plugin: Any, alone: bool) -> None:
+def _check_unused(name: str, config: Json, plugin: Any, alone: bool) -> None:
     """Raise InputError if the user set options of a plugin that a context replaces."""
     if alone:
         raise InputError(

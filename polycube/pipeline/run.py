@@ -14,8 +14,8 @@ from polycube.kinds import KINDS, Acceptance, Policy
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.resume.results import StageResults
-from polycube.pipeline.resume.settings import warn_of_changed_settings
-from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.resume.settings import changed_since
+from polycube.pipeline.settings import Settings
 from polycube.pipeline.solving import hexes_of, solved, solving_stages
 from polycube.registry import build
 from polycube.search.chain import Chain, Deadline, TimeIsUp, check_options
@@ -25,6 +25,7 @@ from polycube.search.unfitted import wrong_topology
 from polycube.stages import Clock, Stage, meshing_stages
 from polycube.state import RunState
 from polycube.structure.projection import nearest_labels
+from polycube.types import Json
 
 logger = logging.getLogger(__name__)
 
@@ -48,7 +49,7 @@ class Run:
 
     def __init__(self, settings: Settings, read: Read, interrupt: Event | None = None) -> None:
         self.settings = settings
-        self.bundle: Node = getattr(settings, self.group)  # meshing stages and their variants
+        self.bundle: Json = getattr(settings, self.group)  # meshing stages and their variants
         self.clock = Clock()
         self.deadline = Deadline(settings.seconds, interrupt or Event())
         self._stored: tuple[int, int] | None = None  # number of structures, and the chosen one
@@ -119,7 +120,8 @@ class Run:
         self.results.folder = folder
         if self.settings.resume:
             remaining = [name for name in self.names if not self.results.is_loaded(name)]
-            warn_of_changed_settings(self.settings.resume, self.settings.composed, remaining)
+            for sentence in changed_since(self.settings.resume, self.settings.composed, remaining):
+                logger.warning("warning: resumed with other settings: %s", sentence)
         value = [state.surface, state.path, [*state.warnings], state.repair, state.points]
         self.results.store("read", value)
         self.store_start(state)

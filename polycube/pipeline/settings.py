@@ -11,12 +11,12 @@ from polycube.errors import InputError
 from polycube.io.cad import SUFFIXES, Cad
 from polycube.io.removal.options import Remove
 from polycube.surface.clouds.options import Points
+from polycube.types import Json
 from polycube.types.checks import options_of
 from polycube.types.options import Options, Positive, check_options, limits
 from polycube.units import AUTO, resolved
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
-Node = Mapping[str, Any]  # a composed group; plugins check the types of their options
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
 
 
@@ -35,18 +35,19 @@ class Settings(Options):
     repair: Literal["off", "safe", "aggressive"]
     order: tuple[str, ...]
     context: Sequence[str | None] | None
-    grid: Node
-    primitives: Node
-    structure: Node
-    context_structure: Node
-    ranking: Node
-    meshing: Node
-    improve: Node
-    acceptance: Node
-    policy: Node
-    spline: Node
-    analysis: Node
-    export: Mapping[str, Node]
+    # the composed groups; plugins check the types of their options
+    grid: Json
+    primitives: Json
+    structure: Json
+    context_structure: Json
+    ranking: Json
+    meshing: Json
+    improve: Json
+    acceptance: Json
+    policy: Json
+    spline: Json
+    analysis: Json
+    export: Mapping[str, Json]
     seed: Annotated[int, limits(0)]
     seconds: Positive | None
     strict: bool
@@ -66,31 +67,24 @@ class Settings(Options):
             raise InputError("features are removed from STEP, IGES and BREP files", "cad.remove")
 
     @classmethod
-    def of(cls, composed: Node) -> Settings:
+    def of(cls, composed: Json) -> Settings:
         """Check a composed configuration.
 
         Raises InputError if a setting of the whole run is invalid; plugins check their own options.
         """
         values = {each.name: composed.get(each.name, {}) for each in fields(cls)}
-        groups = [each.name for each in fields(cls) if each.type == "Node"]
+        values |= {"start": composed["from"], "composed": composed}
+        groups = [each.name for each in fields(cls) if each.type == "Json"]
         check_options(cls, {name: values[name] for name in groups})
         for name, kind in {"cad": Cad, "points": Points, "files": Files}.items():
             values[name] = options_of(name, kind, values[name])
-        mesh, hexes, resume, start = (
-            str(composed[name]) if composed[name] else None
-            for name in ("mesh", "hex", "resume", "from")
-        )
-        given = {
-            "mesh": None if mesh == "???" else mesh,
-            "hex": hexes,
-            "cad": replace(values["cad"], units=composed["analysis"].get("units")),
-            "repair": composed["repair"] or "off",  # YAML may read off as false
-            "order": _order(composed),
-            "resume": Path(resume) if resume else None,
-            "start": start,
-            "composed": composed,
-        }
-        return cls(**{**values, **given})
+        for name in ("mesh", "hex", "resume", "start"):
+            is_given = values[name] and values[name] != "???"
+            values[name] = str(values[name]) if is_given else None
+        values["resume"] = values["resume"] and Path(values["resume"])
+        values["cad"] = replace(values["cad"], units=composed["analysis"].get("units"))
+        values["repair"] = composed["repair"] or "off"  # YAML may read off as false
+        return cls(**{**values, "order": _order(composed)})
 
     def unit(self, of_file: str) -> str:
         """Length unit of the results; empty if neither analysis nor file has one."""
@@ -105,7 +99,7 @@ class Settings(Options):
         return replace(self, analysis=analysis, composed={**self.composed, "analysis": analysis})
 
 
-def _order(composed: Node) -> tuple[str, ...]:
+def _order(composed: Json) -> tuple[str, ...]:
     """The phases of the run, without those that are switched off, as by `spline=none`."""
     value = composed["order"]
     value = [value] if isinstance(value, str) else value

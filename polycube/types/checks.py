@@ -71,12 +71,8 @@ def check_values(obj: Any) -> None:
     """Check the values of a dataclass that was read from a file.
 
     Its class may have `bounds`: the number of different values of an array of numbers from 0, or
-    the name of the field with that many rows; for several columns, one for each.
-
-    Raises
-    ------
-    ValueError
-        For numbers that are not finite, numbers out of range, and values of another type.
+    the name of the field with that many rows; for several columns, one for each. Raises ValueError
+    for numbers that are not finite or out of range, and for values of another type.
     """
     bounds: Mapping[str, Bound] = getattr(obj, "bounds", {})
     for each in fields(obj):

@@ -103,8 +103,6 @@ def smoothed(vertices: np.ndarray, quads: np.ndarray, steps: int) -> np.ndarray:
 class LatticeShapes:
     """Variation of the geometries of random lattices.
 
-    Parameters
-    ----------
     cad, organic : share of parts with CAD features only, and share of deformed parts only; the
         others have both
     smoothing : largest number of smoothing steps of the deformed parts

@@ -20,8 +20,6 @@ BRIDGED = 0.6  # share of the length of an interrupted edge that must exist for 
 class CadShapes:
     """Frequencies of CAD features; shares between 0 and 1 unless described otherwise.
 
-    Parameters
-    ----------
     rounds : share of the holes, blind holes and bosses that are round
     turned : share of the parts whose whole section is round
     corners : share of the parts with round corners, seen along their main axis

@@ -44,22 +44,13 @@ def read_separately(
 ) -> tuple[bytes | None, str]:
     """Run a module that reads a file, in a separate process.
 
-    Parameters
-    ----------
+    Returns what the module wrote, None if it wrote nothing or failed, and its standard error.
+    Raises Late at the time limit, and OSError if the file cannot be opened.
+
     worker : name of the module. It reads a request, as JSON, from its standard input, calls `limit`
         and writes to `output`.
     options : content of the request in addition to `path`, `output`, `seconds` and `gigabytes`
     effort : factor of the time limit
-
-    Returns
-    -------
-    output : what the module wrote; None if it wrote nothing or failed
-    errors : its standard error
-
-    Raises
-    ------
-    Late : if the time limit is reached
-    OSError : if the file cannot be opened
     """
     path.open("rb").close()
     megabytes = path.stat().st_size / 1e6

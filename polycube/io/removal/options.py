@@ -18,8 +18,6 @@ SIZES = {"hole": "diameter", "fillet": "radius"}  # what the size of a feature i
 class Remove:
     """Features that are removed from a CAD solid.
 
-    Parameters
-    ----------
     holes : largest diameter, in the unit of the file or with a unit, such as "3mm"; None: no hole
     fillets : largest radius, likewise
     faces : numbers of CAD faces, and names of faces and groups

@@ -68,19 +68,18 @@ class StageResults:
         return kind in self.loaded
 
     def load(self, kind: str) -> Any:
-        """Load the result of a stage of the earlier run."""
+        """Load the result of a stage of the earlier run.
+
+        Raises InputError if it does not fit those that were loaded before.
+        """
         assert self.source is not None
         value = load_stage(self.source, kind)
         for one in value if isinstance(value, list) else [value]:
-            self._check_together(kind, one)
+            for what, number in SIZES.get(type(one), lambda value: {})(one).items():
+                if self._sizes.setdefault(what, number) != number:
+                    why = f"the stored result has {number} {what}, not {self._sizes[what]}"
+                    raise InputError(why, stage_name(kind), REMEDY)
         return self.change(value)
-
-    def _check_together(self, kind: str, value: object) -> None:
-        """Raise InputError if a result does not fit those that were loaded before."""
-        for what, number in SIZES[type(value)](value).items() if type(value) in SIZES else ():
-            if self._sizes.setdefault(what, number) != number:
-                why = f"the stored result has {number} {what}, not {self._sizes[what]}"
-                raise InputError(why, stage_name(kind), REMEDY)
 
     def store(self, kind: str, value: object) -> None:
         """Store the result of a stage in the folder of this run, if it has one."""

@@ -1,6 +1,5 @@
 """The settings of a resumed run: stages that do not run again have those of the earlier run."""
 
-import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -8,10 +7,9 @@ from typing import Any
 from polycube.config import by_name, compose
 from polycube.errors import InputError
 from polycube.io.access.reading import read_json
-from polycube.pipeline.settings import Node, Settings
+from polycube.pipeline.settings import Settings
 from polycube.registry import classes, options
-
-logger = logging.getLogger(__name__)
+from polycube.types import Json
 
 STAGES = {  # stages in order, with the settings that no later stage uses
     "read": "mesh hex cad points repair".split(),
@@ -50,13 +48,13 @@ def with_earlier_settings(settings: Settings) -> Settings:
     return Settings.of({**now, **{group: earlier[group] for group in groups}})
 
 
-def _options(settings: Node) -> dict[str, Any]:
+def _options(settings: Json) -> dict[str, Any]:
     """Values of all options by their full names, files as absolute paths."""
     found = {name: value for name, value in by_name(settings) if not isinstance(value, Mapping)}
     return found | {name: str(Path(found[name]).resolve()) for name in FILES if found.get(name)}
 
 
-def _changed(now: Node, earlier: Node) -> list[str]:
+def _changed(now: Json, earlier: Json) -> list[str]:
     """Options whose value is neither that of the earlier run nor the default, outer ones first.
 
     Options of plugins that follow from a setting of the run, such as `seed` or `meshing.size`, are
@@ -78,7 +76,7 @@ def _changed(now: Node, earlier: Node) -> list[str]:
     return sorted(found, key=lambda name: (name.count("."), name))
 
 
-def _is_before(start: str, name: str, meshing: Node) -> bool:
+def _is_before(start: str, name: str, meshing: Json) -> bool:
     """Whether an option is used only by meshing stages before `start`."""
     if start not in meshing["order"] or not name.startswith("meshing."):
         return False
@@ -91,15 +89,13 @@ def _is_before(start: str, name: str, meshing: Node) -> bool:
     return group not in later and any(group in meshing[stage] for stage in stages[:place])
 
 
-def warn_of_changed_settings(resumed: Path, now: Node, kinds: Iterable[str]) -> None:
-    """Log the settings of the remaining stages that differ from those of the resumed run."""
+def changed_since(resumed: Path, now: Json, kinds: Iterable[str]) -> list[str]:
+    """List the settings of these kinds that differ from those in the folder of a run."""
     path = resumed / "config.json"
-    if path.is_file():
-        for sentence in changed_settings(now, read_json(path, REMEDY), kinds):
-            logger.warning("warning: resumed with other settings: %s", sentence)
+    return changed_settings(now, read_json(path, REMEDY), kinds) if path.is_file() else []
 
 
-def changed_settings(now: Node, before: Node, kinds: Iterable[str]) -> list[str]:
+def changed_settings(now: Json, before: Json, kinds: Iterable[str]) -> list[str]:
     """List the settings of these kinds that differ from those of the resumed run."""
     groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
     new, old = (_options({group: each.get(group) for group in groups}) for each in (now, before))

@@ -25,10 +25,8 @@ def problem_of(config: Json) -> Problem | None:
 
 
 def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
-    """The problem in `report.json`.
+    """The problem in `report.json`; its keys:
 
-    Returns
-    -------
     units : length unit of the part
     material : description of the material; empty for an assembly
     supports, loads : for each place its description `words`, and `quads` and `area` of its faces in

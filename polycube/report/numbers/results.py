@@ -118,13 +118,11 @@ def _input(state: RunState) -> Numbers:
 def hex_counts(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, object]:
     """Count hexes at the entries of `meshing.at`, through all walls and around all holes.
 
-    Parameters
-    ----------
     mesh : hex mesh with the sets of its boundary
     meshing : settings: `at`, `across_wall`, `around_hole`
 
-    Returns
-    -------
+    The keys of the result:
+
     at : for each entry the set, the kind of number, the wanted and the reached value, and whether
         it is met; a size in model units; `reached` is None if no quad is on the face
     walls, holes : number of counted ones; walls are CAD faces or, without these, patches

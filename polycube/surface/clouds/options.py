@@ -10,25 +10,14 @@ from polycube.types.options import Options, limits
 class Points(Options):
     """Options of the reconstruction of a surface from points.
 
-    Parameters
-    ----------
-    outliers
-        Points are removed if the distance to their neighbours exceeds the mean by this number of
-        standard deviations. None: all points are kept.
-    neighbours
-        Number of nearest points from which a normal is estimated. None: 30, or 12 or 60 if the
-        normals are inconsistent with 30.
-    depth
-        The grid has 2^depth cells along the longest side. None: the cells are about as wide as the
-        spacing of the points; the depth is at most 8.
-    trim
-        Parts of the surface whose distance from the points exceeds this number of spacings are
-        replaced by surfaces of least area. None: they are kept.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
+    outliers : points are removed if the distance to their neighbours exceeds the mean by this
+        number of standard deviations; None: all points are kept
+    neighbours : number of nearest points from which a normal is estimated; None: 30, or 12 or 60 if
+        the normals are inconsistent with 30
+    depth : the grid has 2^depth cells along the longest side; None: the cells are about as wide as
+        the spacing of the points, and the depth is at most 8
+    trim : parts of the surface whose distance from the points exceeds this number of spacings are
+        replaced by surfaces of least area; None: they are kept
     """
 
     group = "points."

@@ -150,19 +150,10 @@ def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tup
     """Points that fill the regions of a surface that are far from the cloud.
 
     The regions are removed, and their holes are closed by triangulations of least area. The points
-    lie on these, with their normals and with the density of the cloud.
+    lie on these, with their normals and with the density of the cloud. There are none if there is
+    no such region, or if a hole is too long. Also returns the removed share of the area.
 
-    Parameters
-    ----------
-    trim
-        Distance from the cloud above which a region is removed, in spacings.
-
-    Returns
-    -------
-    points
-        Empty if there is no such region, or if a hole is too long.
-    share
-        Share of the area of the removed regions.
+    trim : distance from the cloud above which a region is removed, in spacings
     """
     none = Cloud(np.zeros((0, 3)), np.zeros((0, 3)))
     away, nearest = cKDTree(cloud.points).query(surface.vertices)
