@@ -48,21 +48,12 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
     """Compose `conf/<config_name>.yaml` with overrides, as the command line does.
 
     The global state of Hydra is neither read nor changed, so the function can be used inside
-    another Hydra program, in a notebook and in a thread.
+    another Hydra program, in a notebook and in a thread. All interpolations are resolved; a missing
+    mandatory value is "???". Raises InputError if an override has an unknown option, or a value
+    that Hydra cannot read.
 
-    Parameters
-    ----------
     config_name : name of a file in `conf/`, such as "infer", "train", "evaluate"
     overrides : in the syntax of Hydra, such as "meshing.size=4%" or "export=[abaqus,gmsh]"
-
-    Returns
-    -------
-    The settings with all interpolations resolved; "???" for a missing mandatory value.
-
-    Raises
-    ------
-    InputError
-        If an override has an unknown option, or a value that Hydra cannot read.
     """
     named = [*overrides, "hydra.job.name=polycube"]  # otherwise taken from a running program
     try:

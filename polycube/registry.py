@@ -37,21 +37,12 @@ _broken: dict[str, Exception] = {}  # error of each entry point that could not b
 
 
 def register(kind: str, name: str) -> Callable[[type], type]:
-    """Register the decorated class as `plugin: name` in group `kind`.
+    """Register the decorated class, which is not changed, as `plugin: name` in group `kind`.
 
-    Parameters
-    ----------
+    Raises ValueError if the kind is unknown or the name is already registered.
+
     kind : kind of the plugin, one of `polycube.kinds.KINDS`
     name : unique name in its kind
-
-    Returns
-    -------
-    The decorator, which returns the class unchanged.
-
-    Raises
-    ------
-    ValueError
-        If the kind is unknown or the name is already registered.
     """
     if kind not in KINDS:
         raise ValueError(f"unknown plugin kind {kind!r}; kinds are {', '.join(KINDS)}")
@@ -71,8 +62,6 @@ def register(kind: str, name: str) -> Callable[[type], type]:
 def setting(name: str, default: object) -> Any:
     """Declare an option whose default is a setting of the run.
 
-    Parameters
-    ----------
     name : name of the setting, such as "seed" or "meshing.size"
     default : value if the configuration does not have the setting
     """
@@ -88,8 +77,6 @@ def provide(plugin: Any, **values: object) -> Any:
 def choice(kind: str, name: str) -> Any:
     """Declare an option that is a plugin of another kind.
 
-    Parameters
-    ----------
     kind : kind of that plugin
     name : name of the default plugin
     """
@@ -125,21 +112,11 @@ def names(kind: str) -> list[str]:
 def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     """Build the plugin named by `config["plugin"]`, with the other entries as its options.
 
-    Parameters
-    ----------
+    Raises UnknownPlugin if there is no plugin of this name; the message lists the existing ones.
+    Raises BadOption if an option is unknown or has an invalid value; the message lists the options.
+
     kind : kind of the plugin, such as "meshing/smooth"
     config : name and options of the plugin
-
-    Returns
-    -------
-    The plugin, an instance of the registered class.
-
-    Raises
-    ------
-    UnknownPlugin
-        If there is no plugin of this name; the message lists the existing ones.
-    BadOption
-        If an option is unknown or has an invalid value; the message lists the options.
     """
     values = {**config, **extra}
     if "plugin" not in values:

@@ -3,11 +3,13 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from polycube.analysis.problem import Vibration, material
 from polycube.analysis.supports import prescribed, supports
 from polycube.registry import register
 from polycube.types import Modes, Spline
+from polycube.types.options import Count
 
 from .places import OfProblem, check_supports
 
@@ -32,20 +34,14 @@ class Modal(OfProblem):
     """
 
     material: str | Mapping[str, float] = "steel"
-    modes: int = 20
+    modes: Count = 20
     fixed: tuple[object, ...] = ()
-    mass: str = "consistent"
+    mass: Literal["consistent", "lumped"] = "consistent"
     enrich: bool = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         material(self.material)
-        if self.mass not in ("consistent", "lumped"):
-            raise ValueError(f"mass must be consistent or lumped; got {self.mass!r}")
-        if self.modes < 1 or self.gauss < 2:
-            raise ValueError(
-                f"modes >= 1 and gauss >= 2 are needed; got {self.modes}, {self.gauss}"
-            )
         check_supports("fixed", self.fixed, {"components"})
 
     @property

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from polycube.analysis.loads import check_expression
 from polycube.analysis.problem import Cyclic
@@ -11,11 +11,12 @@ from polycube.kinds import Analysis
 from polycube.registry import BY_RUN
 from polycube.types import Json
 from polycube.types.checks import options_of
+from polycube.types.options import Options, limits
 from polycube.units import AUTO, checked_unit
 
 
 @dataclass(frozen=True)
-class OfProblem(Analysis):
+class OfProblem(Options, Analysis):
     """An analysis that describes its problem.
 
     Parameters
@@ -31,12 +32,13 @@ class OfProblem(Analysis):
     references: ClassVar[tuple[str, ...]] = ("hughes2005iga",)
 
     units: str = field(default=AUTO, kw_only=True)
-    gauss: int = field(default=4, kw_only=True)
+    gauss: Annotated[int, limits(2)] = field(default=4, kw_only=True)
     cyclic: Cyclic | None = field(default=None, kw_only=True)
     # Material with values (E,), or conductivities (E,), of the elements of an assembly
     of_elements: Any = field(default=None, kw_only=True, metadata=BY_RUN)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "units", checked_unit(self.units))
         if self.cyclic is not None:
             object.__setattr__(self, "cyclic", options_of("cyclic", Cyclic, self.cyclic))

@@ -8,6 +8,7 @@ from polycube.analysis.problem import Conduction, Flow, Prescribed
 from polycube.analysis.supports import is_number, split, supports
 from polycube.registry import register
 from polycube.types import Potential, Spline
+from polycube.types.options import Positive
 
 from .places import OfProblem, check_items
 
@@ -32,7 +33,7 @@ class Poisson(OfProblem):
     source : f in W/m^3
     """
 
-    conductivity: float = 50.0
+    conductivity: Positive = 50.0
     fixed: tuple[Mapping[str, object], ...] = ENDS
     flux: tuple[Mapping[str, object], ...] = ()
     source: float = 0.0
@@ -43,10 +44,6 @@ class Poisson(OfProblem):
             for _, item in check_items(name, items, {"value"}, needed=1):
                 if not is_number(item["value"]):
                     raise ValueError(f"{name}: value must be a number; got {item['value']!r}")
-        if not self.conductivity > 0 or self.gauss < 2:
-            raise ValueError(
-                f"conductivity > 0 and gauss >= 2 are needed; got {self.conductivity}, {self.gauss}"
-            )
 
     @property
     def problem(self) -> Conduction:

@@ -87,8 +87,6 @@ class Static(OfProblem):
                 along += [self.rotation.axis, apart.tolist()]
             if not all(map(self.cyclic.is_along, along)):
                 raise ValueError("gravity and the axis of rotation must be along that of cyclic")
-        if self.gauss < 2:
-            raise ValueError(f"gauss >= 2 is needed; got {self.gauss}")
         if not 0 <= self.away < 1:
             raise ValueError(
                 f"away must be a share of the diagonal, 0 <= away < 1; got {self.away}"

@@ -28,10 +28,7 @@ class TextFormat(ABC):
     def __call__(self, hexes: HexMesh, path: Path) -> Path:
         """Write a file at `path`, with the suffix of this format, and return its path.
 
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
+        Raises InputError if a place of the problem does not exist on the boundary of the mesh.
         """
         return write_parts(path.with_suffix(self.suffix), self.parts(hexes))
 
@@ -90,12 +87,9 @@ class WithProblem:
     def loads(self, hexes: HexMesh, elements: HexElements | None = None) -> Loads | None:
         """The problem on the elements of a mesh; None if it is absent or not written.
 
-        elements : default: the hexes themselves
+        Raises InputError if a place of the problem does not exist on the boundary of the mesh.
 
-        Raises
-        ------
-        InputError
-            If a place of the problem does not exist on the boundary of the mesh.
+        elements : default: the hexes themselves
         """
         from polycube.spline.second_order import hex_elements
 

@@ -42,21 +42,11 @@ def partly_fitted(mesh: HexMesh, fitted: np.ndarray) -> tuple[HexMesh, np.ndarra
     Each vertex moves by a share of the vector to its fitted position. Starting with a share of 1,
     the vertices of bad hexes are moved back until no hex is bad, and then forward again as far as
     no hex becomes bad. With shares of 0 the mesh is unchanged, so the result is always sound.
+    Returns the mesh, and the share (V,) of the displacement of each vertex, from 0 to 1. Raises
+    ValueError if the mesh is not sound, or if positions are not finite or have another shape.
 
-    Parameters
-    ----------
     mesh : hex mesh with positive scaled Jacobians and without crossings of the boundary
     fitted : (V, 3) fitted positions of its vertices, in model units
-
-    Returns
-    -------
-    mesh : mesh with the same hexes; its vertices are the fitted ones if all of these are sound
-    share : (V,) share of the displacement of each vertex, from 0 to 1
-
-    Raises
-    ------
-    ValueError
-        If the mesh is not sound, or if positions are not finite or have another shape.
     """
     if fitted.shape != mesh.vertices.shape or not np.isfinite(fitted).all():
         raise ValueError(f"fitted must be finite of shape {mesh.vertices.shape}")

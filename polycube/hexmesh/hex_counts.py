@@ -12,10 +12,7 @@ RIM = 0.5  # of the longest border curve: shorter curves do not count
 def through(mesh: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     """Follow opposite faces of hexes from every boundary quad to the boundary.
 
-    Returns
-    -------
-    count : (Q,) number of hexes on the path
-    end : (Q,) number of the boundary quad at the end of the path
+    Returns (Q,) the number of hexes on each path, and (Q,) the number of the quad at its end.
     """
     side = np.arange(0, 6 * len(mesh.hexes), 2)  # opposite sides of a hex are consecutive
     first, second = neighbours(mesh.hexes)

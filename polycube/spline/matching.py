@@ -141,8 +141,6 @@ class CurveMatcher:
     target : the surface
     cad_face : (S,) number of the CAD face of each side; 0 for any
 
-    Attributes
-    ----------
     rows : (M, C) matrix from the control points to the points
     side : (M,) a side of each point
     """

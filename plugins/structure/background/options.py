@@ -111,13 +111,7 @@ class ColumnStructure(OnGrid, Structure):
 
     @abstractmethod
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
-        """The hexes of a part.
-
-        Raises
-        ------
-        NoBackgroundError
-            If it has no such section.
-        """
+        """The hexes of a part; raises NoBackgroundError if it has no such section."""
 
 
 def _is_good(candidate: Candidate) -> bool:

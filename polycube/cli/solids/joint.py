@@ -28,15 +28,11 @@ def write_joint_meshes(
 ) -> tuple[list[dict[int, Path]], list[str]]:
     """Mesh solids that touch together.
 
-    Parameters
-    ----------
+    Returns files with the hexes of the solids of each such group, by their number; and reasons why
+    others are meshed one by one, with ties.
+
     cfg : settings of one of the solids
     folder : folder of the results of all
-
-    Returns
-    -------
-    groups : files with the hexes of the solids of each such group, by their number
-    notes : why others are meshed one by one, with ties
     """
     settings = Settings.of(cfg)
     if any(cfg["meshing"].get(name) for name in ALONE) or settings.cad.remove != Remove():

@@ -33,9 +33,10 @@ def numbers(problem: Problem, mesh: HexMesh) -> dict[str, object]:
         the mesh; both are null for edges, and for cyclic symmetry, gravity and sources, which
         concern the whole part
     """
+    own = getattr(problem, "conductivity" if isinstance(problem, Conduction) else "material", None)
     return {
         "units": problem.units,
-        "material": _material(problem),
+        "material": describe_material(own) if own and not problem.materials else "",
         "supports": [{"words": text, **_size(mesh, place)} for place, text in _supports(problem)],
         "loads": [{"words": text, **_size(mesh, place)} for place, text in _loads(problem)],
     }
@@ -47,11 +48,6 @@ def _size(mesh: HexMesh, place: object) -> dict[str, object]:
     quads = quads_of(mesh, place)
     area = measure(mesh.vertices[mesh.quads[quads]]).area.sum()
     return {"quads": len(quads), "area": float(area)}
-
-
-def _material(problem: Problem) -> str:
-    own = getattr(problem, "conductivity" if isinstance(problem, Conduction) else "material", None)
-    return describe_material(own) if own and not problem.materials else ""
 
 
 def describe_material(found: Material | float) -> str:
