@@ -132,17 +132,22 @@ def _soup(path: Path, points: Points | None) -> tuple[Soup, Reconstruction | Non
     return READERS[suffix](path), None
 
 
+def _read_glb(path: Path) -> Soup:
+    found = parsed(path, "trimesh")
+    return Soup(found["vertices"], found["faces"])
+
+
 def _read_fbx(path: Path) -> Soup:
     found = parsed(path, "open3d")
     if "missing" in found:
         raise without_open3d("FBX needs", found["missing"])
     if not len(found["faces"]):
         raise InputError("not a complete FBX file, or a file without triangles")
-    return Soup(**found)
+    return Soup(found["vertices"], found["faces"])
 
 
 READERS: dict[str, Callable[[Path], Soup]] = {
     ".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off,
-    ".glb": lambda path: Soup(**parsed(path, "trimesh")), ".fbx": _read_fbx,
+    ".glb": _read_glb, ".fbx": _read_fbx,
 }  # fmt: skip
 KNOWN = (*dict.fromkeys((*READERS, *clouds.READERS)), *SUFFIXES)  # suffixes of readable files

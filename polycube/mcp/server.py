@@ -37,8 +37,6 @@ NUMBERS = ("valid", "failure", "interrupted", "input", "modes", "static", "poiss
 class Server(MCPServer[Any]):
     """A server with the program as tools; clients are shown their docstrings.
 
-    Parameters
-    ----------
     folder : nothing outside is read or written; an absolute path without links
     """
 

@@ -28,7 +28,6 @@ class Again(Move):
     """Repeat the leading mesh with other options of the subdivision, for one reason."""
 
     of: int
-    reason: ClassVar[str]
     misses: ClassVar[str] = "wishes"  # part of the shortfall that it reduces
 
     @classmethod
@@ -59,10 +58,6 @@ class Again(Move):
         state, results = task.chain.run(stages, start, options)
         return history.add(self, state, results, options)
 
-    def describe(self, history: History) -> str:
-        """The number of the mesh and the reason."""
-        return f"mesh {self.of} {self.reason}"
-
     def subdivision(self, history: History) -> Any:
         """The plugin that made the hexes; None if the mesh was given."""
         options, stages = history.outcomes[self.of].options, history.task.fit
@@ -83,7 +78,7 @@ class Again(Move):
 class Finer(Again):
     """Make hexes smaller for lost features: distances are of order h^2."""
 
-    reason = "with smaller hexes, for lost features"
+    text = "mesh {of} with smaller hexes, for lost features"
     misses = "features"
 
     def options(self, history: History) -> Mapping[str, object] | None:
@@ -100,7 +95,7 @@ class Finer(Again):
 class Closer(Again):
     """Make hexes smaller for the distance `meshing.deviation`, where refinement needs more."""
 
-    reason = "with smaller hexes, for meshing.deviation"
+    text = "mesh {of} with smaller hexes, for meshing.deviation"
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for the predicted size."""
@@ -116,7 +111,7 @@ class Closer(Again):
 class AlongCreases(Again):
     """Make hexes smaller along the sharp edges of a surface: mesh edges are chords of curves."""
 
-    reason = "with smaller hexes along sharp edges"
+    text = "mesh {of} with smaller hexes along sharp edges"
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for the distance `meshing.creases`."""
@@ -136,7 +131,7 @@ class MoreParts(Again):
     wall, so the numbers of parts are known only from the mesh.
     """
 
-    reason = "with other numbers of parts, for meshing.at"
+    text = "mesh {of} with other numbers of parts, for meshing.at"
 
     def options(self, history: History) -> Mapping[str, object] | None:
         """Options for as many parts as hexes are missing, fewer for superfluous ones."""

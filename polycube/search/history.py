@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -32,9 +32,12 @@ Primitives = Mapping[str, np.ndarray]  # (3, 3, 3) voxels by name
 class Move(Protocol):
     """A step of a search: a frozen dataclass."""
 
+    text: ClassVar[str] = ""  # the move in words, with its fields in braces
+
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
         """The moves of this class that can be made now, some of which may have been made."""
+        yield from ()
 
     def __call__(self, history: History) -> Outcome | None:
         """Make the move: add structures or a mesh to the history.
@@ -44,6 +47,7 @@ class Move(Protocol):
 
     def describe(self, history: History) -> str:
         """The move in words."""
+        return self.text.format_map(vars(self))
 
 
 @dataclass(frozen=True, eq=False)

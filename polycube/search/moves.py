@@ -79,20 +79,13 @@ class MeshStructure(Move):
 
 @dataclass(frozen=True)
 class Given(Move):
-    """The hex mesh from which a run starts."""
+    """The hex mesh from which a run starts, as its first outcome."""
 
-    @classmethod
-    def possible(cls, history: History) -> Iterator[Move]:
-        """Nothing: it is the first outcome."""
-        yield from ()
+    text = "the given mesh"
 
     def __call__(self, history: History) -> Outcome:
         """Take the hexes of the start."""
         return history.add(self, history.task.start, {}, {})
-
-    def describe(self, history: History) -> str:
-        """The mesh."""
-        return "the given mesh"
 
 
 @dataclass(frozen=True)
@@ -100,6 +93,7 @@ class Cure(Move):
     """Improve the poor hexes of a mesh, which is then expected to be the leading one."""
 
     of: int
+    text = "improve the poor hexes of mesh {of}"
 
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
@@ -117,16 +111,13 @@ class Cure(Move):
             return None
         return history.add(self, state, {**outcome.results, **results}, outcome.options)
 
-    def describe(self, history: History) -> str:
-        """The number of the mesh."""
-        return f"improve the poor hexes of mesh {self.of}"
-
 
 @dataclass(frozen=True)
 class FitPartly(Move):
     """Fit the hexes of a structure as far as they stay valid, if no fitted mesh is valid."""
 
     structure: int
+    text = "fit structure {structure} as far as its hexes stay valid"
 
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
@@ -149,10 +140,6 @@ class FitPartly(Move):
             why = "; ".join(history.leader.verdict.failures)
         state = partly_fitted_state(history.task, history.start(self.structure), why)
         return None if state is None else history.add(self, state, {}, {})
-
-    def describe(self, history: History) -> str:
-        """The number of the structure."""
-        return f"fit structure {self.structure} as far as its hexes stay valid"
 
 
 MOVES: tuple[type[Move], ...] = (

@@ -23,6 +23,7 @@ from polycube.analysis.preloads.preload import Preload
 from polycube.errors import InputError
 from polycube.hexmesh.connectivity import FACES, PLACES, neighbours
 from polycube.spline.boundary import boundary_nodes
+from polycube.surface.measures import connected
 from polycube.types import Spline
 
 CORNERS = [0, 3, 15, 12, 48, 51, 63, 60]  # of the Bezier nodes of an element, in the order of VTK
@@ -55,8 +56,8 @@ def sections(
         beyond = (height > 0)[hexes][:, FACES]
         is_beyond = beyond.all(axis=2).ravel()
         is_cut = beyond.any(axis=2).ravel() & ~is_beyond
-        joined = _graph(pairs[:, is_cut[pairs[0]]] // 6, len(hexes))
-        label = connected_components(joined, directed=False)[1]
+        first, second = pairs[:, is_cut[pairs[0]]] // 6
+        label = connected(first, second, len(hexes))
         layer = label == label[start]
         faces = one[layer[one // 6] & ~layer[other // 6] & is_beyond[one]]
         section = np.stack(np.divmod(faces, 6), axis=1)
@@ -80,10 +81,6 @@ def _hex_at(points: np.ndarray, hexes: np.ndarray, preload: Preload) -> int:
     if (off > CLOSE * size).all():
         raise InputError(f"{preload} is not in the part: its point must be inside the solid")
     return int(near[(off / size).argmin()])
-
-
-def _graph(pairs: np.ndarray, size: int) -> csr_matrix:
-    return csr_matrix((np.ones(pairs.shape[1]), tuple(pairs)), (size, size))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +129,8 @@ class Cut:
                     held[support.nodes(torn)] = True
             front = np.unique(boundary_nodes(_with_sides(torn, section)))
             inside = ~np.isin(pairs, section @ [6, 1]).any(axis=0)
-            joined = _graph(pairs[:, inside] // 6, len(hexes))
+            ends = np.ones(inside.sum()), tuple(pairs[:, inside] // 6)
+            joined = csr_matrix(ends, (len(hexes), len(hexes)))
             step = _step(torn, joined, (front, origin[front]), held)
             if step is None:
                 raise InputError(
