@@ -4,6 +4,7 @@ Third-party dependencies come from the environment of the tests, our code from t
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,8 @@ from polycube.registry import names
 pytestmark = pytest.mark.slow  # wheels, environments and runs take seconds each
 ROOT = Path(__file__).parents[1]
 ACME = ROOT / "tests" / "acme_polycube"
+EXAMPLES = ROOT / "docs" / "generators" / "reference" / "examples"
+EXAMPLE = re.compile(r'^@register\("([\w/]+)", "(\w+)"\)', re.MULTILINE)
 
 
 def run(*command: object, cwd: Path, fails: bool = False) -> str:
@@ -97,6 +100,17 @@ def test_the_strangers_own_tests_pass(python: Path, tmp_path: Path) -> None:
     shutil.copytree(ACME / "tests", tmp_path / "tests")  # away from our own pytest settings
     output = run(python, "-m", "pytest", "tests", cwd=tmp_path)
     assert "2 passed" in output
+
+
+def test_the_examples_of_the_reference_keep_their_contracts(python: Path, tmp_path: Path) -> None:
+    """Each module of docs/reference/plugins.md, with the program from its wheel."""
+    modules = {path.stem: EXAMPLE.findall(path.read_text()) for path in EXAMPLES.glob("*.py")}
+    assert len(modules) >= 18
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    code = f"import {', '.join(modules)}; from polycube.testing import check_plugin"
+    for ((kind, name),) in modules.values():
+        code += f"; check_plugin({kind!r}, {{'plugin': {name!r}}})"
+    run(python, "-c", code, cwd=tmp_path / "examples")
 
 
 def test_strangers_and_our_plugins_stand_side_by_side(python: Path, tmp_path: Path) -> None:

@@ -5,6 +5,8 @@ import pytest
 from docs.generators.reference.__main__ import PAGES, write
 from docs.generators.reference.api import DATA
 from docs.generators.reference.markdown import docstring, signature
+from docs.generators.reference.plugins import EXAMPLES, examples
+from polycube.kinds import KINDS
 from polycube.registry import classes, options
 from tests.conftest import ROOT
 
@@ -57,3 +59,11 @@ def test_a_docstring_becomes_a_list() -> None:
         "*Raises*\n\n* ValueError: Where it is negative."
     )
     assert signature(example, "do") == "```python\ndo(size: float, *, name: str = a) -> None\n```"
+
+
+def test_every_protocol_has_a_short_example() -> None:
+    shown = {KINDS[kind].protocol for kind in KINDS if examples(kind)}
+    assert shown == {kind.protocol for kind in KINDS.values()}
+    for path in EXAMPLES.glob("*.py"):
+        of_class = path.read_text(encoding="utf-8").partition("@register(")[2]
+        assert len([line for line in of_class.splitlines() if line.strip()]) <= 30, path.name

@@ -8,38 +8,26 @@ Colours show the axes, lines separate faces of the polycube.
 
 from __future__ import annotations
 
-import io
 import sys
 from dataclasses import replace
 from pathlib import Path
 
+from docs.generators.tiles import write_tiles
 from polycube.diffusion.pairs.any_structure import LatticePairs, Part
-from polycube.io.atomic import atomic_write
-from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Scene, view
 from polycube.report.pictures.scenes import labelled, polycube_faces
 from polycube.types import Labels, TriMesh
 
 COLUMNS, ROWS = 4, 6
-TILE = (480, 250)  # size of a part and its polycube in pixels
+TILE = (460, 230)  # size of a part and its polycube in pixels
 GAP = 0.15  # gap between them, in units of the learning frame
 
 
-def sheet(path: Path, seed: int = 0, first: int = 0) -> None:
-    """Write a PNG of COLUMNS * ROWS pairs, starting with number `first`."""
-    from PIL import Image
-
+def sheet(path: Path, seed: int = 0, first: int = 0, rows: int = ROWS) -> None:
+    """Write a PNG of rows of COLUMNS pairs, starting with number `first`."""
     pairs = LatticePairs(seed, n_points=0)
-    scenes = {str(n): side_by_side(pairs.part(first + n)) for n in range(COLUMNS * ROWS)}
-    page = Image.new("RGB", (COLUMNS * TILE[0], ROWS * TILE[1]), "white")
-    for name, png in draw(scenes).items():
-        tile = Image.open(io.BytesIO(png)).convert("RGBA")
-        tile.thumbnail((TILE[0] - 20, TILE[1] - 20))
-        row, column = divmod(int(name), COLUMNS)
-        left, top = ((room - size) // 2 for room, size in zip(TILE, tile.size, strict=True))
-        page.paste(tile, (column * TILE[0] + left, row * TILE[1] + top), tile)
-    with atomic_write(path) as temporary:
-        page.save(temporary, "PNG", optimize=True)
+    scenes = {str(n): side_by_side(pairs.part(first + n)) for n in range(COLUMNS * rows)}
+    write_tiles(path, scenes, COLUMNS, TILE, is_named=False)
 
 
 def side_by_side(part: Part) -> Scene:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
+from pathlib import Path
 
 from docs.generators.reference.markdown import MADE, docstring, sentence, signature, table
 from polycube.kinds import KINDS, Kind
 from polycube.registry import classes
+
+EXAMPLES = Path(__file__).parent / "examples"  # a module for each protocol, or several
 
 HEAD = """# Kinds of plugin
 
@@ -19,9 +22,10 @@ before a run, `check_chain` tests that every stage finds its inputs. A class may
 for it in `references: ClassVar[tuple[str, ...]]`: whole BibTeX entries, or keys of
 `polycube/report/references.bib`.
 
-[Training and a plugin](../tutorials/training_and_plugin.md) writes plugins of four kinds and a
-package around them. `polycube.testing.check_plugin` tests that a plugin keeps the contract of its
-kind.
+Each contract has an example: a complete module. [Training and a
+plugin](../tutorials/training_and_plugin.md) puts plugins into a package, so that they are chosen by
+name. `polycube.testing.check_plugin` tests that a plugin keeps the contract of its kind; the tests
+of this program do that with all examples.
 
 """
 
@@ -57,6 +61,19 @@ def _contracts() -> Iterator[str]:
         yield signature(protocol.__call__, "plugin")
         yield docstring(protocol.__call__)
         yield from _members(protocol)
+        yield from _examples(kinds)
+
+
+def _examples(kinds: list[str]) -> Iterator[str]:
+    """The example modules of kinds with one protocol."""
+    for path in (path for kind in kinds for path in examples(kind)):
+        yield f"```python\n{path.read_text(encoding='utf-8')}```"
+
+
+def examples(kind: str) -> list[Path]:
+    """The example modules of a kind."""
+    name = kind.replace("/", "_")
+    return sorted(EXAMPLES.glob(f"{name}.py")) + sorted(EXAMPLES.glob(f"{name}_*.py"))
 
 
 def _stage(kind: Kind) -> str:

@@ -1,0 +1,1 @@
+"""The pictures of `docs/theory`, and the page that follows one part through the search."""
