@@ -38,8 +38,10 @@ ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of po
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
 # limits for features in an envelope; final checks use other samples
 LIMITS = (0.95 * TOLERANCE, TOLERANCE)
-# of the size: vertices closer than this to features lost by a fit are held in the next one
-HELD = (0.5, 1.0, 0.0)
+# after a fit that loses features: the share of the envelope for vertices close to them in the next
+# fit, and how close, relative to the size; without an envelope they are held
+NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
+CLOSE = 2  # rings of hexes around those that are not poor whose vertices move at first
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
@@ -95,15 +97,21 @@ class _Cures:
         self._work = 0  # evaluations times hexes
         self._limit: float | None = DENSE  # `dense` of `run`
         self._gain = ABSOLUTE_GAIN  # smallest absolute gain
+        self._rings = RINGS  # rings of hexes whose vertices move
 
     def raise_to(self, aim: float) -> None:
-        """Improve the hexes below an aim, without sheets, by any absolute gain."""
+        """Improve the hexes below an aim, without sheets, by any absolute gain.
+
+        Fewer vertices move at first, which is less work for each hex.
+        """
         self._aim, self._gain = aim, 0.0
-        budget, before = FURTHER * BUDGET, -1
-        while budget > 0 and self.accepted > before:  # again, next to the improved hexes
-            before = self.accepted
-            self.run(None, budget)
-            budget -= self._work / max(FEW, len(self._tried))
+        budget = FURTHER * BUDGET
+        for self._rings in (CLOSE, RINGS):
+            before = -1
+            while budget > 0 and self.accepted > before:  # again, next to the improved hexes
+                before = self.accepted
+                self.run(None, budget)
+                budget -= self._work / max(FEW, len(self._tried))
 
     def run(self, dense: float | None, budget: float = BUDGET) -> bool:
         """Try places until none is left, or the work exceeds the budget; whether none is left.
@@ -120,9 +128,8 @@ class _Cures:
                 self._work += effort["evaluations"] * len(near.problem.hexes)
                 again = trial is not None and self._accept(trial) and trial.is_large
                 if place.inside is None and not again:
-                    # an invalid hex is tried once more alone
-                    is_last = len(place.seeds) == 1 or self.current.jacobian[place.seeds[0]] > 0
-                    self._tried[place.seeds if is_last else place.seeds[1:]] = True
+                    # the worst hex is tried once more alone
+                    self._tried[place.seeds[min(1, len(place.seeds) - 1) :]] = True
         return self._work < budget * max(FEW, len(self._tried))
 
     def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
@@ -137,10 +144,10 @@ class _Cures:
         for place in self._places():
             if taken[self.current.links.at(place.moving(self.current))].any():
                 continue
-            near = neighbourhood(self.current, place.seeds, place.inside)
+            near = neighbourhood(self.current, place.seeds, place.inside, place.rings)
             if near is None and place.inside is None:
                 place = replace(place, seeds=place.seeds[:1])
-                near = neighbourhood(self.current, place.seeds)
+                near = neighbourhood(self.current, place.seeds, rings=place.rings)
             self._faces.add(place.face)
             if near is not None:
                 taken[near.elements] = True
@@ -162,11 +169,11 @@ class _Cures:
         left = np.where(self._tried, 0, poor)
         while left.any():
             worst = left.argmax()
-            together = links.at(links.around(links.hexes[worst], RINGS))
+            together = links.at(links.around(links.hexes[worst], self._rings))
             seeds = together[np.argsort(-left[together], kind="stable")]
             seeds = seeds[left[seeds] > 0]
             if left[seeds].sum() > least:
-                yield Place(seeds)
+                yield Place(seeds, rings=self._rings)
             left[seeds] = 0
         yield from (place for _, place in self._sheets())
 
@@ -195,9 +202,9 @@ class _Cures:
         An invalid hex is repaired even if features are lost.
         """
         before, held = self._before(near), np.zeros(len(near.moves), bool)
-        repair = None
-        for reach in HELD:
-            trial = Trial(near, fit_in_envelope(near, self._aim, self._width, held), *before)
+        width, repair = np.full(len(held), self._width), None
+        for share, reach in NARROWER:
+            trial = Trial(near, fit_in_envelope(near, self._aim, width, held), *before)
             if not trial.improves(self.current.jacobian.min(), self._gain):
                 break
             lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
@@ -206,7 +213,8 @@ class _Cures:
             repair = repair or (trial if trial.is_repair else None)
             x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
             apart, _ = cKDTree(samples.points[lost[samples.feature]]).query(x)
-            held |= apart < reach * near.problem.size(x)
+            is_near = apart < reach * near.problem.size(x)
+            width[is_near], held[is_near] = share * self._width, not share
         return self._refitted(near) if repair is None and before[1] <= 0 else repair
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:

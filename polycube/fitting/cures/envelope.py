@@ -40,6 +40,7 @@ REACH = 0.25  # of the size: largest move of a vertex in a round, so that the su
 EVERY = np.eye(3)[None]  # all directions
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
+INSIDE = 0.95  # share used of the permitted distance from exact features, which goals change a bit
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,13 +126,15 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     return slid(problem, x, at, region, whole, [], 25)
 
 
-def fit_in_envelope(near: Neighbourhood, aim: float, width: float, held: np.ndarray) -> Refit:
+def fit_in_envelope(
+    near: Neighbourhood, aim: float, width: float | np.ndarray, held: np.ndarray
+) -> Refit:
     """The best positions found with the boundary in an envelope of the surface.
 
     near : the neighbourhood
     aim : scaled Jacobian above which hexes have no cost
     width : largest distance of vertices from their goals, in diagonals, or their present distance
-        if that is larger
+        if that is larger; of all, or (N',) of each
     held : (N',) vertices that do not move
     """
     problem, free = near.problem, replace(near, moves=near.moves & ~held)
@@ -166,13 +169,15 @@ def _energy(near: Neighbourhood, whole: Function, x: np.ndarray) -> tuple[float,
     return value, gradient * near.moves[:, None]
 
 
-def _permitted_distance(near: Neighbourhood, gap: np.ndarray, width: float) -> np.ndarray:
+def _permitted_distance(
+    near: Neighbourhood, gap: np.ndarray, width: float | np.ndarray
+) -> np.ndarray:
     """(N',) permitted distance of each vertex from its goal, from its present distance (N',)."""
     allowed = near.matching.allowed
     assert allowed is not None  # the matching is exact
     permitted = np.full(len(gap), width)
     on_feature = np.append(near.matching.curve, near.matching.corner)
-    permitted[on_feature] = np.minimum(width, allowed[on_feature])
+    permitted[on_feature] = np.minimum(width, INSIDE * allowed)[on_feature]
     return np.maximum(permitted, gap)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from polycube.fitting.cures import losses
 from polycube.fitting.cures.envelope import Refit
 from polycube.fitting.cures.fitted import Fitted, Links
-from polycube.fitting.cures.neighbourhood import Neighbourhood, moving_vertices, with_detours
+from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, moving_vertices, with_detours
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.generation.sheets import with_sheet
@@ -119,10 +119,11 @@ class Place:
     seeds: np.ndarray  # its poor hexes, the worst first without a sheet
     inside: np.ndarray | None = None  # (H,) hexes to surround by a sheet; None: without a sheet
     face: int = 0  # CAD face over the sheet
+    rings: int = RINGS  # rings of hexes whose vertices move
 
     def moving(self, fit: Fitted) -> np.ndarray:
         """Vertices that move, ascending."""
-        return moving_vertices(fit, self.seeds, self.inside)
+        return moving_vertices(fit, self.seeds, self.inside, self.rings)
 
 
 @dataclass(frozen=True, eq=False)

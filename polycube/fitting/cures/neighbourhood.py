@@ -14,7 +14,7 @@ from polycube.hexmesh.generation.sheets import has_sheet, with_sheet
 from polycube.surface import arc_length
 from polycube.types import HexMesh
 
-RINGS = 3  # rings of hexes around a sheet whose vertices move
+RINGS = 3  # rings of hexes around seeds or a sheet whose vertices move
 
 Detours = dict[tuple[int, int], list[int]]  # new vertices of a path between two existing ones
 
@@ -38,7 +38,7 @@ class Neighbourhood:
 
 
 def neighbourhood(
-    fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None
+    fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None = None, rings: int = RINGS
 ) -> Neighbourhood | None:
     """Extract a neighbourhood.
 
@@ -47,8 +47,9 @@ def neighbourhood(
     fit : the mesh
     seeds : (S,) hexes around which vertices move, without a sheet
     inside : (H,) hexes to surround by a sheet
+    rings : rings of hexes whose vertices move
     """
-    moving = moving_vertices(fit, seeds, inside)
+    moving = moving_vertices(fit, seeds, inside, rings)
     elements = fit.links.at(moving)
     piece, used = part(fit.mesh, elements, np.stack(fit.links.sides, axis=1))
     moves = np.isin(used, moving)
@@ -74,12 +75,14 @@ def neighbourhood(
     return Neighbourhood(problem, matching, used, elements, moves, own, detours)
 
 
-def moving_vertices(fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None) -> np.ndarray:
+def moving_vertices(
+    fit: Fitted, seeds: np.ndarray, inside: np.ndarray | None, rings: int
+) -> np.ndarray:
     """Vertices that move, ascending: those of some rings around the seeds or the sheet."""
     start = fit.links.vertices(seeds if inside is None else inside)
     if inside is not None:
         start &= fit.links.vertices(~inside)
-    return fit.links.around(np.flatnonzero(start), RINGS)
+    return fit.links.around(np.flatnonzero(start), rings)
 
 
 def _routes(

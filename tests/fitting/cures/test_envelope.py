@@ -46,6 +46,19 @@ def test_the_boundary_is_in_the_envelope(near, found, width):
     assert found[width].strayed.max() < 1e-12
 
 
+def test_vertices_at_the_limit_of_a_curve_do_not_spoil_the_fit(found):
+    assert found[0.0015].least > 0.33
+
+
+def test_each_vertex_has_its_own_envelope(near):
+    start = near.problem.mesh.vertices
+    width = np.where(np.arange(len(start)) % 2, 0.0015, 0.0)
+    found = fit_in_envelope(near, AIM, width, none(near))
+    allowed = np.maximum(width, away(near, start))
+    assert (away(near, found.x) <= allowed + 1e-6).all()
+    assert (away(near, found.x) > 0.0005).any()
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_vertices_around_the_neighbourhood_are_fixed(near, found, width):
     start = near.problem.mesh.vertices

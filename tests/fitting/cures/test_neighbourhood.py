@@ -60,6 +60,13 @@ def test_a_neighbourhood_has_all_hexes_of_its_moving_vertices(rod):
     assert np.array_equal(x, rod.mesh.vertices[near.used])
 
 
+@pytest.mark.parametrize("rings", [0, 1])
+def test_the_rings_of_a_neighbourhood(rod, rings):
+    near = neighbourhood(rod, np.array([0]), rings=rings)
+    moving = rod.links.around(rod.mesh.hexes[0], rings)
+    assert set(near.used[near.moves]) == set(moving)
+
+
 def test_a_path_may_have_two_vertices_in_a_part_without_the_edge_between_them(rod):
     """Two hexes far from each other, so that a row of hexes between their parts is in neither."""
     creases = rod.target.followed.creases
