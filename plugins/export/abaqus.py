@@ -27,6 +27,7 @@ OF_20 = "", "H", "R", "RH", "T", "HT", "RT", "RHT", "P", "PH", "RP", "RPH"
 ELEMENTS = tuple(f"C3D8{each}" for each in OF_8) + tuple(f"C3D20{each}" for each in OF_20)
 NAME = 80  # longest name; both programs ignore the case of letters
 GAP = 0.1  # of the diagonals of quads: largest distance of tied nodes
+STIFF = 100  # pressure for a penetration of a diagonal of the quads, in Young's moduli
 SIDES = np.array([6, 4, 3, 5, 1, 2])  # numbers of the faces -xi +xi -eta +eta -zeta +zeta
 ROW_8 = "%d" + 8 * ", %d"
 ROW_20 = "%d" + 10 * ", %d" + ",\n" + ", ".join(10 * ["%d"])
@@ -86,7 +87,9 @@ class Abaqus(WithProblem, TextFormat):
             hex_sets=blocks(named) | primitive_sets(named),
             node_sets=node_sets(named, own.quads),
             surfaces=named.sets,
-            ties=[(*tie, _gap(named, tie[1])) for tie in named.ties],
+            ties=[(*tie, GAP * _diagonal(named, tie[1])) for tie in named.ties],
+            stiffness=_stiffness(named, owner, loads),
+            friction=named.friction,
             sides=_sides(np.column_stack([owner, side])),
             preloads=[(each, _sides(faces)) for each, faces in _sections(loads)],
             first=len(own.points) + 1,
@@ -110,7 +113,8 @@ def _sections(loads: Loads | None) -> Iterator[tuple[Preload, np.ndarray]]:
     for preload, (section, layer) in zip(given, found, strict=True):
         nodes = mesh.hexes[section[:, :1], FACES[section[:, 1]]]
         bound = [each.nodes for each in loads.supports if preload.direction[each.component]]
-        bound += [mesh.quads[mesh.sets[name]] for tie in mesh.ties for name in tie]
+        tied = [name for tie in mesh.ties for name in tie if mesh.friction is None]
+        bound += [mesh.quads[mesh.sets[name]] for name in tied]
         if any(np.isin(nodes, each).any() for each in bound):
             raise InputError(f"{preload} has a section at a support or at a tied surface")
         layer[section[:, 0]] = False
@@ -125,10 +129,24 @@ def _sides(faces: np.ndarray) -> np.ndarray:
     return np.column_stack([faces[:, 0] + 1, SIDES[faces[:, 1]]])
 
 
-def _gap(mesh: HexMesh, name: str) -> float:
-    """Largest distance of tied nodes from a set, which allows for arcs over its quads."""
+def _diagonal(mesh: HexMesh, name: str) -> float:
+    """Mean diagonal of the quads of a set."""
     corners = mesh.vertices[mesh.quads[mesh.sets[name]]]
-    return GAP * float(np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).mean())
+    return float(np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).mean())
+
+
+def _stiffness(mesh: HexMesh, owner: np.ndarray, loads: Loads | None) -> list[float]:
+    """Pressure for each unit of penetration at each contact, by the softer solid.
+
+    owner : (Q,) hex of each quad
+    """
+    if loads is None or mesh.friction is None:
+        return []
+    solid = mesh.cell[owner] * bool(loads.problem.materials)
+    young = [loads.values(material)[0] for _, _, material in loads.sections]
+    softer = [min(young[solid[mesh.sets[name][0]]] for name in tie) for tie in mesh.ties]
+    size = [_diagonal(mesh, other) for _, other in mesh.ties]
+    return [STIFF * own / length for own, length in zip(softer, size, strict=True)]
 
 
 def _node(row: list[float]) -> str:

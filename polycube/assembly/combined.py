@@ -30,6 +30,7 @@ def combined(
     names: Sequence[str],
     joints: Sequence[Joint],
     ties: Sequence[tuple[Place, Place]] = (),
+    friction: float | None = None,
 ) -> HexMesh:
     """Merge meshes into one; merged vertices are at the midpoint of both.
 
@@ -40,6 +41,7 @@ def combined(
     meshes : meshes by the number of their solid, from 0, ascending
     names : names of all solids; boundary sets are named by the solid and the set
     ties : sets of different solids that move together, see `HexMesh`
+    friction : coefficient if they are in contact instead
     """
     parts = meshes.values()
     start = _starts(meshes, [len(mesh.vertices) for mesh in parts])
@@ -78,6 +80,7 @@ def combined(
             for name, own in mesh.node_sets.items()
         },
         ties=tuple((sets[a], sets[b]) for a, b in ties if a in sets and b in sets),
+        friction=friction,
         unit=next((mesh.unit for mesh in parts), ""),
     )
 

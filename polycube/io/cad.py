@@ -36,6 +36,7 @@ SUFFIXES = (*STEP, ".iges", ".igs", BREP)
 ROOT = re.compile(rb"\n[+-]\d+ \d+\s*$")  # end of the shapes in a BREP file
 SEGMENTS = 48
 CONFORM: Final = "conform"
+CONTACT: Final = "contact"
 SEPARATE: Final = "separate"
 ONE_OR_ALL = Such(condition(Count | None).holds, "a whole number, 1 or more, or all")
 SHARES = (0.8, 0.15, 0.15)  # of the time limit for each of `WAYS`; the first has most triangles
@@ -57,7 +58,8 @@ class Cad(Options):
     units: str | None = None  # length unit of the coordinates in the rest of the run
     threads: Literal["absorb", "keep"] = "absorb"  # whether screw threads become cylinders
     # how the meshes of touching solids are joined
-    interfaces: Literal["conform", "tie", "separate"] = CONFORM
+    interfaces: Literal["conform", "tie", "contact", "separate"] = CONFORM
+    friction: Annotated[float, limits(0)] = 0.0  # coefficient of friction of solids in contact
     materials: object = None  # of several solids, for the command line only
     remove: Remove = field(default_factory=Remove)  # features that are removed from the solid
 
@@ -70,6 +72,9 @@ class Cad(Options):
             what = "materials by solid are for cad.solid=all and a file with several solids"
             raise InputError(what, "cad.materials", "give analysis.material")
         super().__post_init__()
+        if self.friction and self.interfaces != CONTACT:
+            what = "a coefficient of friction is for solids in contact"
+            raise InputError(what, "cad.friction", f"use cad.interfaces={CONTACT}")
 
 
 def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:

@@ -44,6 +44,7 @@ class HexMesh(Arrays):
     cad_names : name in the CAD file of each set that has one
     node_sets : vertices (N,) on each named edge of the CAD file
     ties : pairs of sets of touching solids that move together, first the one whose nodes are bound
+    friction : coefficient of friction if the sets of `ties` are in contact; None: they are tied
     name : name of the solid in the CAD file
     unit : length unit of the coordinates, such as mm; empty if it is not known
     """
@@ -61,6 +62,7 @@ class HexMesh(Arrays):
     cad_names: Mapping[str, str] = field(default_factory=dict)
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     ties: tuple[tuple[str, str], ...] = ()
+    friction: float | None = None
     name: str = ""
     unit: str = ""
 

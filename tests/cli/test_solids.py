@@ -359,6 +359,7 @@ def recording(code=0, why=""):
 
 ALL = [1, 2, 3]
 DECK = "export=[abaqus]"
+CONTACT, STATIC, MESHED = "cad.interfaces=contact", "analysis=static", "order=[meshing]"
 
 
 def settings_of_runs(tmp_path, *words):
@@ -416,6 +417,10 @@ def test_an_analysis_with_places_is_that_of_the_assembly(tmp_path):
         (["analysis.fixed=[nut_z_min]", DECK], "'nut_z_min' is no place of an assembly; the sol"),
         (["analysis.fixed=[hole_1]", DECK], "write bolt_1_z_max for the set of a solid"),
         (["analysis.fixed=[{edge: [z_min, 7]}]", DECK], "7 is no place of an assembly"),
+        ([CONTACT, STATIC, DECK], r"contact is only written to decks.*use order=\[meshing\]"),
+        ([CONTACT, STATIC, MESHED], "cad.interfaces=contact: contact is only written to decks"),
+        ([CONTACT, STATIC, MESHED, "export=[abaqus,gmsh]"], "contact is only written to decks"),
+        ([CONTACT, "analysis=modal", MESHED, DECK], "contact is only written to decks of statics"),
     ],
 )
 def test_options_that_fit_no_solid_are_refused_before_the_runs(tmp_path, words, sentence):
@@ -423,6 +428,13 @@ def test_options_that_fit_no_solid_are_refused_before_the_runs(tmp_path, words, 
     with pytest.raises(InputError, match=sentence):
         run_solids(settings(tmp_path, *words), SOLIDS, tmp_path / "out", attempt)
     assert calls == [] and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("value", ["0.2", "-1"])
+def test_friction_is_only_for_contact(cubes, tmp_path, capsys, value):
+    words = [f"mesh={cubes}", "cad.solid=all", f"cad.friction={value}"]
+    assert _command(config(*words, f"output_dir={tmp_path / 'run'}")) == 2
+    assert "cad.friction" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("solid", ["null", "2"])

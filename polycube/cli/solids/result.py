@@ -21,7 +21,7 @@ from polycube.hexmesh.named_sets import face_set
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io import manifest, vtk
 from polycube.io.access.reading import read_json
-from polycube.io.cad import SEPARATE
+from polycube.io.cad import CONTACT, SEPARATE
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.improvement import GIVEN
@@ -75,11 +75,12 @@ def write_assembly(
             touching.append(row)
             if how is not None and row["joined"] == SHARED:
                 joints.append((i, j, how.vertices))
-            if how is not None and row["joined"] == TIED:
+            if how is not None and row["joined"] in (TIED, CONTACT):
                 places = (i, row["faces"][0]), (j, row["faces"][1])
                 ties.append(places if how.binds_first else places[::-1])
     meshes = {k: part.mesh for k, part in enumerate(parts) if part.mesh is not None}
-    mesh = combined(meshes, [s.name for s in solids], joints, ties) if meshes else None
+    friction = cfg["cad"]["friction"] if cfg["cad"]["interfaces"] == CONTACT else None
+    mesh = combined(meshes, [s.name for s in solids], joints, ties, friction) if meshes else None
     report = _report(cfg, parts, touching, mesh)
     report["mesh_warnings"] = [*notes, *report["mesh_warnings"]]
     is_valid, solved = report["valid"], Solved()
@@ -138,12 +139,12 @@ def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | Non
 
 
 def _joined(how: Agreement | None, interfaces: str) -> str | None:
-    """How the meshes are joined at a contact: `SHARED`, `TIED` in decks, or not at all."""
-    if how is None or interfaces == SEPARATE:
+    """How the meshes are joined at a contact: `SHARED`, in decks `TIED` or `CONTACT`, or not."""
+    if how is None or interfaces == SEPARATE or not min(how.quads):
         return None
-    if how.is_covered:
-        return SHARED
-    return TIED if min(how.quads) else None
+    if interfaces == CONTACT:
+        return CONTACT
+    return SHARED if how.is_covered else TIED
 
 
 def _contact(

@@ -20,7 +20,7 @@ from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.io.access.reading import read_json
-from polycube.io.cad import CONFORM, Cad
+from polycube.io.cad import CONFORM, CONTACT, Cad
 from polycube.io.solids.listing import Solid, read_solids
 from polycube.io.solids.motions import Motion
 from polycube.io.surfaces import is_cad
@@ -99,7 +99,7 @@ def run_solids(
     names = {solid.number: solid.name for solid in solids}
     codes: dict[int, int] = {}
     with locked(folder):
-        is_joint = cfg["cad"]["interfaces"] == CONFORM and "meshing" in cfg["order"]
+        is_joint = cfg["cad"]["interfaces"] in (CONFORM, CONTACT) and "meshing" in cfg["order"]
         groups, notes = write_joint_meshes(settings[0], solids, folder) if is_joint else ([], [])
         meshes = {number: path for group in groups for number, path in group.items()}
         if [len(group) for group in groups] == [len(solids)] and is_analysed(cfg, solids):

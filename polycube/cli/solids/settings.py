@@ -9,13 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 from polycube.analysis.boundary_sets import names_in
-from polycube.analysis.problem import Material, Problem
+from polycube.analysis.problem import Material, Problem, Statics
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import ENDS
-from polycube.io.cad import Cad
+from polycube.io.cad import CONTACT, Cad
 from polycube.io.solids.listing import Solid
 from polycube.kinds import Export
 from polycube.pipeline.settings import Settings
+from polycube.registry import build
 from polycube.report.numbers.problem import describe_material, problem_of
 from polycube.types import Json
 from polycube.units import METRES
@@ -23,13 +24,24 @@ from polycube.units import METRES
 
 def of_solid(cfg: Json, number: int | None) -> dict[str, Any]:
     """The settings for one solid, which do not depend on how it is joined to others."""
-    return {**cfg, "cad": {**cfg["cad"], "solid": number, "interfaces": Cad.interfaces}}
+    alone = {"solid": number, "interfaces": Cad.interfaces, "friction": Cad.friction}
+    return {**cfg, "cad": {**cfg["cad"], **alone}}
 
 
 def of_runs(cfg: Json, solids: Sequence[Solid]) -> list[dict[str, Any]]:
-    """The settings of the run of each solid; raises InputError for the name of an unknown one."""
+    """The settings of the run of each solid.
+
+    Raises InputError for the name of an unknown one, and for contact without a deck of statics.
+    """
     settings = _with_materials(cfg, solids)
     problem = problem_of_all(cfg, solids)
+    if cfg["cad"]["interfaces"] == CONTACT:
+        exports = [build("export", config) for config in cfg.get("export", {}).values()]
+        has_decks = bool(exports) and all(map(states_assemblies, exports))
+        if not has_decks or not isinstance(problem, Statics) or is_analysed(cfg, solids):
+            what = "contact is only written to decks of statics for Abaqus and CalculiX"
+            remedy = "use order=[meshing] analysis=static export=[abaqus]"
+            raise InputError(what, f"cad.interfaces={CONTACT}", remedy)
     if problem is None or not problem.places:
         return settings
     starts = tuple(f"{solid.name}_" for solid in solids)

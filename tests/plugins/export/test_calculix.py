@@ -1,5 +1,6 @@
 """Decks solved by CalculiX where it is installed: exact answers, and beams."""
 
+import json
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -61,15 +62,15 @@ def test_a_bar_in_tension_is_exact(element, load, tmp_path) -> None:
     np.testing.assert_allclose(rows[:, 2:], 0, atol=1e-8)
 
 
-def halves(counts, joints=()):
-    """The two halves of the beam along x with different hexes, tied in the middle, or joined."""
+def halves(counts, joints=(), friction=None):
+    """The two halves of the beam along x, tied in the middle, joined, or in contact."""
     meshes = {}
     for number, size in enumerate(counts):
         plain = hex_box(size, (LENGTH / 2, SIDE, SIDE))
         moved = plain.vertices + np.array([number * LENGTH / 2, 0, 0])
         mesh = hex_mesh(moved, plain.hexes, plain.quads, patches(plain))
         meshes[number] = replace(mesh, sets=boundary_sets(mesh))
-    return combined(meshes, ["a", "b"], joints, [((1, "x_min"), (0, "x_max"))])
+    return combined(meshes, ["a", "b"], joints, [((1, "x_min"), (0, "x_max"))], friction)
 
 
 @pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
@@ -88,6 +89,55 @@ def test_tied_halves_are_one_bar(element, counts, tmp_path) -> None:
     exact = 2e8 / YOUNG * own[:, 0]
     assert rows[own[:, 0] == LENGTH, 1] == pytest.approx(2e8 / YOUNG * LENGTH, rel=1e-2)
     np.testing.assert_allclose(rows[:, 1], exact, atol=0.02 * exact.max())
+
+
+def pressed(mesh, folder, element="C3D8I", **analysis) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements of the nodes (N, 3), and pressure and friction (K, 3) at points in contact."""
+    fixed = ["a_x_min", *({"at": f"a_{axis}_min", "components": [axis]} for axis in "yz")]
+    analysis["fixed"] = [*fixed, *analysis.get("fixed", [])]
+    path = written(mesh, folder, {"plugin": "static", "material": METAL, **analysis}, element)
+    more = "*NODE PRINT, NSET=all\nU\n*CONTACT PRINT\nCSTR\n*END STEP\n"
+    path.write_text(path.read_text().replace("*END STEP\n", more))
+    rows = [row.split() for row in run_ccx(path).splitlines()]
+    found = [[row for row in rows if len(row) == n and row[0].isdigit()] for n in (4, 5)]
+    moved, stress = (np.array(each, float) for each in found)
+    return moved[:, 1:], stress.reshape(-1, 5)[:, 2:]
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
+@pytest.mark.parametrize("counts", [((4, 2, 2), (4, 2, 2)), ((4, 2, 2), (5, 3, 3))])
+def test_halves_in_contact_carry_pressure(element, counts, tmp_path) -> None:
+    """u = p x / E, and the contact pressure is p; a small penetration is added."""
+    sides = [{"at": f"b_{axis}_min", "components": [axis]} for axis in "yz"]
+    loads = [{"at": "b_x_max", "pressure": 2e8}]
+    mesh = halves(counts, friction=0.0)
+    moved, stress = pressed(mesh, tmp_path, element, fixed=sides, loads=loads)
+    x = hex_elements(mesh, None, 20 if "20" in element else 8).points[:, 0]
+    exact = -2e8 / YOUNG * x
+    np.testing.assert_allclose(moved[:, 0], exact, atol=1e-3 * abs(exact).max())
+    np.testing.assert_allclose(stress, np.tile([200, 0, 0], (len(stress), 1)), atol=0.01)
+
+
+def test_halves_in_contact_carry_no_tension(tmp_path) -> None:
+    """One is pulled off by 0.1 mm; the other does not move."""
+    off = {"at": "b_x_max", "value": [0.1, 0, 0]}
+    moved, stress = pressed(halves(((4, 2, 2), (5, 3, 3)), friction=0.0), tmp_path, fixed=[off])
+    assert len(stress) == 0
+    np.testing.assert_allclose(moved[:45], 0, atol=1e-9)
+    np.testing.assert_allclose(moved[45:], np.tile([0.1, 0, 0], (6 * 16, 1)), atol=1e-9)
+
+
+def test_halves_in_contact_slide_with_friction(tmp_path) -> None:
+    """The shear stress of a half that is pressed and then slides is 0.2 of the pressure."""
+    slid = [
+        {"at": f"b_{side}", "components": ["y"], "value": [0.02]} for side in ("y_min", "y_max")
+    ]
+    held = [{"at": "a_y_max", "components": ["y"]}, {"at": "b_z_min", "components": ["z"]}]
+    loads = [{"at": "b_x_max", "pressure": 2e8}]
+    mesh = halves(((4, 2, 2), (4, 2, 2)), friction=0.2)
+    _, stress = pressed(mesh, tmp_path, fixed=[*slid, *held], loads=loads)
+    assert stress[:, 0].mean() == pytest.approx(200, rel=0.01)
+    np.testing.assert_allclose(np.hypot(*stress[:, 1:].T), 0.2 * stress[:, 0], rtol=1e-3)
 
 
 SOFT = Material(YOUNG / 4, 0.0, 5400.0, 4e-5)
@@ -300,6 +350,28 @@ def test_a_bolt_carries_its_load_to_the_plate(interfaces, ties, tmp_path) -> Non
     found = np.array(forces, float)
     np.testing.assert_allclose(found[:, 2], -250, rtol=0.01)
     np.testing.assert_allclose(found.sum(axis=0), [0, 0, -500], atol=0.1)
+
+
+@pytest.mark.slow
+def test_bars_from_cad_press_on_each_other(tmp_path) -> None:
+    """They are meshed together, keep their vertices, and are shortened by sigma x / E."""
+    part = assemblies.named(assemblies.write("bars", tmp_path), "first", "second")
+    words = ["cad.solid=all", "order=[meshing]", "meshing.size=5", "export=[abaqus]"]
+    words += ["cad.interfaces=contact", "cad.friction=0.1", "effort=first", "analysis=static"]
+    words += ["analysis.material={young: 2e9, poisson: 0, density: 1000}"]
+    fixed = "[first_x_min, {at: second_y_min, components: y}, {at: second_z_min, components: z}]"
+    words += [f"analysis.fixed={fixed}", "analysis.loads=[{at: x_max, pressure: 2e6}]"]
+    folder = tmp_path / "out"
+    assert _command(config(f"mesh={part}", f"output_dir={folder}", *words)) == 0
+    [contact] = json.loads((folder / "report.json").read_text())["contacts"]
+    assert contact["joined"] == "contact" and contact["agree"]
+    path = folder / "hex.inp"
+    text = path.read_text()
+    assert text.count("*CONTACT PAIR") == 1 and "*FRICTION\n0.1, " in text and "*TIE" not in text
+    path.write_text(text.replace("*END STEP\n", "*NODE PRINT, NSET=x_max\nU\n*END STEP\n"))
+    rows = [row.split() for row in run_ccx(path).splitlines()]
+    found = np.array([row[1] for row in rows if len(row) == 4 and row[0].isdigit()], float)
+    np.testing.assert_allclose(found, -100 * 2e6 / 2e9, rtol=1e-3)
 
 
 @pytest.mark.slow
