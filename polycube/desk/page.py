@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from nicegui import ui
 
@@ -13,12 +13,15 @@ from polycube.desk.job import LOADS, WISHES, Job
 from polycube.desk.part import PartView
 from polycube.desk.results import ResultsView
 from polycube.errors import PolycubeError
+from polycube.io.cad import Cad
 from polycube.io.surfaces import KNOWN
 from polycube.registry import names
 
 SELECTED, HELD, LOADED, COUNTED = "#ffa726", "#1e88e5", "#e53935", "#43a047"
 ANALYSES = ["modal", "static", "none"]
 EFFORTS = ["first", "normal", "thorough"]
+INTERFACES = list(get_args(get_type_hints(Cad)["interfaces"]))
+PRELOAD = "{point: [0, 0, 9], axis: [0, 0, 1], force: 1000}"
 # how a face is shown at which something is set; the last one that applies gives the colour
 COLOURS = {**dict.fromkeys(WISHES, COUNTED), "held": HELD, **dict.fromkeys(LOADS, LOADED)}
 TEXTS = {kind: f"{text} {{}}" for kind, text in WISHES.items()}
@@ -102,6 +105,16 @@ class Desk:
                 self._bind(ui.select([*MATERIALS], label="Material").classes("w-32"), "material")
                 self._bind(ui.number("Modes", min=1, precision=0).classes("w-20"), "modes")
                 self._bind(ui.checkbox("Solve here"), "is_solved")
+                sectors = ui.number("Sectors of the whole", min=2, precision=0, placeholder="none")
+                self._bind(sectors.classes("w-40"), "sectors")
+            preloads = ui.input("Preloads", placeholder=PRELOAD).classes("w-full")
+            self._bind(preloads, "preloads")
+            with ui.row().classes("items-end w-full") as several:
+                interfaces = ui.select(INTERFACES, label="Where solids touch").classes("w-40")
+                self._bind(interfaces, "interfaces")
+                materials = ui.input("Materials of solids", placeholder="BOLT: steel, PLATE: abs")
+                self._bind(materials.classes("grow"), "materials")
+            several.bind_visibility_from(self.job, "solids", lambda number: number > 1)
             with ui.row().classes("items-end"):
                 size = ui.input("Size of the hexes", placeholder="automatic").classes("w-40")
                 self._bind(size, "size")
@@ -120,12 +133,14 @@ class Desk:
             job.faces.clear()
         self._about.set_text(f"Reading {part} ...")
         try:
-            surface = await self._view.show(self.folder / part, Path(mkdtemp(dir=self.scratch)))
+            scratch = Path(mkdtemp(dir=self.scratch))
+            unit, job.solids = await self._view.show(self.folder / part, scratch)
         except PolycubeError as error:
             self._about.set_text(str(error))
             return
-        unit = surface.unit or "mm, because the file states no unit"
-        self._about.set_text(f"faces: {self._view.count}, lengths in {unit}")
+        unit = unit or "mm, because the file states no unit"
+        solids = f"solids: {job.solids}, " * (job.solids > 1)
+        self._about.set_text(f"{solids}faces: {self._view.count}, lengths in {unit}")
         self._changed()
 
     def _set(self, kind: str, value: object) -> None:

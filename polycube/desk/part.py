@@ -11,8 +11,9 @@ from nicegui import ui
 from polycube.hexmesh.face_groups import ENDS
 from polycube.hexmesh.named_sets import face_set
 from polycube.io.cad import Cad
+from polycube.io.solids.listing import read_solids
 from polycube.io.stl import write_stl
-from polycube.io.surfaces import read_surface
+from polycube.io.surfaces import is_cad, read_surface
 from polycube.types import TriMesh
 
 ADDRESS = "/faces"
@@ -23,21 +24,29 @@ STILL = 0.01 * EXTENT  # distance that a point under the mouse may move between 
 GREY = "#b0bec5"
 
 
-def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], TriMesh]:
-    """An STL file in a folder for each CAD face of a part, by the name of its set, and the surface.
+def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], list[TriMesh]]:
+    """An STL file in a folder for each CAD face, by the name of its set, and surfaces of solids.
 
-    Raises InputError if the file is not a closed surface.
+    Raises InputError if the surface of a solid is not closed.
     """
-    surface, _ = read_surface(path, Cad(segments=SEGMENTS))
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    scaled = (surface.vertices - (low + high) / 2) * EXTENT / np.linalg.norm(high - low)
-    region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
-    found = {}
-    for number in np.unique(region).tolist():
-        name = face_set(surface, number) if len(surface.region) else WHOLE
-        used, faces = np.unique(surface.faces[region == number], return_inverse=True)
-        found[name] = write_stl(folder / f"{number}.stl", scaled[used], faces.reshape(-1, 3))
-    return found, surface
+    solids = read_solids(path) if is_cad(path) else []
+    several = (
+        {f"{solid.name}_": solid.number for solid in solids} if len(solids) > 1 else {"": None}
+    )
+    cads = [Cad(segments=SEGMENTS, solid=number) for number in several.values()]
+    surfaces = [read_surface(path, cad)[0] for cad in cads]
+    points = np.concatenate([surface.vertices for surface in surfaces])
+    low, high = points.min(axis=0), points.max(axis=0)
+    found: dict[str, Path] = {}
+    for solid, surface in zip(several, surfaces, strict=True):
+        scaled = (surface.vertices - (low + high) / 2) * EXTENT / np.linalg.norm(high - low)
+        region = surface.region if len(surface.region) else np.zeros(len(surface.faces), np.int64)
+        for number in np.unique(region).tolist():
+            name = solid + face_set(surface, number) if len(surface.region) else WHOLE
+            used, faces = np.unique(surface.faces[region == number], return_inverse=True)
+            file = folder / f"{len(found)}.stl"
+            found[name] = write_stl(file, scaled[used], faces.reshape(-1, 3))
+    return found, surfaces
 
 
 class PartView:
@@ -67,9 +76,12 @@ class PartView:
         """Number of faces."""
         return len(self._objects)
 
-    async def show(self, path: Path, folder: Path) -> TriMesh:
-        """Show another part; its faces are written to a folder that is served at `ADDRESS`."""
-        faces, surface = await asyncio.to_thread(faces_of, path, folder)
+    async def show(self, path: Path, folder: Path) -> tuple[str, int]:
+        """Show another part; its faces are written to a folder that is served at `ADDRESS`.
+
+        Returns its length unit, and the number of its solids.
+        """
+        faces, surfaces = await asyncio.to_thread(faces_of, path, folder)
         address = f"{ADDRESS}/{folder.name}"
         self._scene.clear()
         with self._scene:
@@ -79,7 +91,7 @@ class PartView:
             }
         self._scene.move_camera(x=0.6 * EXTENT, y=-0.6 * EXTENT, z=0.5 * EXTENT)
         self._list.set_options([*(name for name in faces if name != WHOLE), *ENDS], value=[])
-        return surface
+        return surfaces[0].unit, len(surfaces)
 
     def paint(self, colours: Mapping[str, str]) -> None:
         """Colour faces by name, and the others grey."""

@@ -39,6 +39,26 @@ def test_everything_that_is_set_arrives_in_the_configuration() -> None:
     assert shlex.split(job.command) == ["polycube-infer", *job.settings]
 
 
+def test_what_is_set_for_several_solids_arrives_in_the_configuration() -> None:
+    preload = {"point": [0, 0, 9], "axis": [0, 0, 1], "force": 1000}
+    job = Job(
+        "assembly.step",
+        solids=2,
+        interfaces="contact",
+        materials="BOLT: steel, 2: abs",
+        analysis="static",
+        preloads="{point: [0, 0, 9], axis: [0, 0, 1], force: 1000}",
+        sectors=6,
+        faces={"BOLT_z_max": {"held": True}},
+    )
+    found = config(*job.settings)
+    assert found["cad"]["solid"] == "all" and found["cad"]["interfaces"] == "contact"
+    assert found["cad"]["materials"] == {"BOLT": "steel", 2: "abs"}
+    analysis = found["analysis"]
+    assert analysis["preloads"] == [preload] and analysis["fixed"] == ["BOLT_z_max"]
+    assert analysis["cyclic"] == {"sectors": 6}
+
+
 @pytest.mark.parametrize("analysis", ["modal", "none"])
 def test_a_run_that_solves_nothing_stops_after_the_mesh(analysis) -> None:
     job = Job(
