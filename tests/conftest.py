@@ -3,7 +3,8 @@
 import gc
 import logging
 import os
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,48 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, which is the working directory during the test."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def argv(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Sets the command line of this process: its program and its arguments."""
+
+    def set_to(*words: object) -> None:
+        monkeypatch.setattr(sys, "argv", list(map(str, words)))
+        monkeypatch.setenv("HYDRA_FULL_ERROR", "0")  # a command sets it
+
+    return set_to
+
+
+@pytest.fixture
+def import_first(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], None]:
+    """Puts a folder first on the module path of the processes that are started."""
+
+    def put(folder: Path) -> None:
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), *sys.path]))
+
+    return put
+
+
+@pytest.fixture
+def without_gmsh(import_first, tmp_path: Path) -> None:
+    """Gmsh does not load in the processes that are started."""
+    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
+    import_first(tmp_path)
+
+
+@pytest.fixture
+def on_cores(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], None]]:
+    """Sets the number of cores that this process may use."""
+    from polycube.numerics.threads import pool
+
+    def set_to(number: int) -> None:
+        cores = set(range(number))
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _: cores, raising=False)
+        pool.cache_clear()
+
+    yield set_to
+    pool.cache_clear()
 
 
 @pytest.fixture(scope="session")

@@ -19,21 +19,31 @@ from tests.fixtures.splines import cube, spline_of
 STEEL = MATERIALS["steel"]
 
 
-def both(monkeypatch, solve, **limits):
+@pytest.fixture
+def limits(monkeypatch):
+    """A function that sets limits of the iterative solver."""
+
+    def set_to(**values):
+        for name, value in values.items():
+            monkeypatch.setattr(preconditioner, name, value)
+
+    return set_to
+
+
+def both(limits, solve, **values):
     """Results of a function with the direct and with the iterative solver."""
     direct = solve()
-    for name, value in (limits or {"LIMIT": 0}).items():
-        monkeypatch.setattr(preconditioner, name, value)
+    limits(**(values or {"LIMIT": 0}))
     return direct, solve()
 
 
 @pytest.mark.parametrize("steps", [60, 0])
-def test_a_factor_in_single_precision_is_corrected_or_replaced(monkeypatch, steps):
+def test_a_factor_in_single_precision_is_corrected_or_replaced(limits, steps):
     """Without steps, the factor in double precision replaces it."""
     beam = spline_of(hex_box((6, 2, 1), (6.0, 1.0, 0.4)))
     held = [Support("x_min", faces_of(beam, "x_min"))]
     pull = [Load(faces_of(beam, "x_max"), force=(0, 0, 1.0))]
-    direct, other = both(monkeypatch, lambda: deform(beam, STEEL, held, pull), SMALL=0, FEW=steps)
+    direct, other = both(limits, lambda: deform(beam, STEEL, held, pull), SMALL=0, FEW=steps)
     assert other.reactions == pytest.approx(direct.reactions, rel=1e-6, abs=1e-6)
     largest = abs(direct.displacement).max()
     assert other.displacement == pytest.approx(direct.displacement, abs=1e-4 * largest)
@@ -59,12 +69,12 @@ def test_functions_without_vertices_have_no_vertex_model():
 @pytest.mark.slow
 @pytest.mark.parametrize("is_clamped", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
-def test_frequencies(monkeypatch, caplog, is_clamped, lumped):
+def test_frequencies(limits, caplog, is_clamped, lumped):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
     supports = [Support("end", faces_of(spline, "z_min"), (0, 2))] if is_clamped else []
     caplog.set_level(logging.INFO)
     direct, found = both(
-        monkeypatch, lambda: free_modes(spline, STEEL, 12, lumped=lumped, supports=supports)
+        limits, lambda: free_modes(spline, STEEL, 12, lumped=lumped, supports=supports)
     )
     elastic = slice(direct.rigid, None)
     assert found.frequency[elastic] == pytest.approx(direct.frequency[elastic], rel=1e-9)
@@ -73,14 +83,14 @@ def test_frequencies(monkeypatch, caplog, is_clamped, lumped):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("components", [(0, 1, 2), (0, 2)])
-def test_displacement_and_reactions(monkeypatch, components):
+def test_displacement_and_reactions(limits, components):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
     foot = Support("foot", faces_of(spline, "z_min"))
     top = Support("top", faces_of(spline, "z_max"), components, 0.01)
     load = Load(faces_of(spline, "z_max"), traction=(2e6, 0.0, 1e6))
 
     direct, found = both(
-        monkeypatch, lambda: deform(spline, STEEL, [foot, top], [load], (0.0, 0.0, -9.81))
+        limits, lambda: deform(spline, STEEL, [foot, top], [load], (0.0, 0.0, -9.81))
     )
     largest = abs(direct.displacement).max()
     # the continuous functions are found by an iteration, to a thousandth of what they add
@@ -93,11 +103,11 @@ def test_displacement_and_reactions(monkeypatch, components):
 
 
 @pytest.mark.slow
-def test_modes_of_a_sector(monkeypatch, caplog):
+def test_modes_of_a_sector(limits, caplog):
     quarter = Cyclic(4)
     spline = spline_of(hex_box((4, 4, 3), (1, 1, 0.5)), "h2s", cyclic={"sectors": 4})
     caplog.set_level(logging.INFO)
-    direct, found = both(monkeypatch, lambda: free_modes(spline, STEEL, 12, cyclic=quarter))
+    direct, found = both(limits, lambda: free_modes(spline, STEEL, 12, cyclic=quarter))
     assert found.rigid == direct.rigid == 2
     assert found.frequency[2:] == pytest.approx(direct.frequency[2:], rel=1e-9)
     steps = [record.args[2] for record in caplog.records if "iterations" in record.msg]
@@ -105,18 +115,18 @@ def test_modes_of_a_sector(monkeypatch, caplog):
 
 
 @pytest.mark.slow
-def test_conduction(monkeypatch):
+def test_conduction(limits):
     spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
     foot = Support("foot", faces_of(spline, "z_min"), (0,), 300.0)
     top = Support("top", faces_of(spline, "z_max"), (0,), 400.0)
-    direct, found = both(monkeypatch, lambda: conduct(spline, 50.0, [foot, top], source=1e8))
+    direct, found = both(limits, lambda: conduct(spline, 50.0, [foot, top], source=1e8))
     assert found.values == pytest.approx(direct.values, rel=1e-9)
     assert found.flows == pytest.approx(direct.flows, rel=1e-9)
 
 
 @pytest.mark.slow
-def test_steps_do_not_grow_with_the_number_of_hexes(monkeypatch, caplog):
-    monkeypatch.setattr(preconditioner, "LIMIT", 0)
+def test_steps_do_not_grow_with_the_number_of_hexes(limits, caplog):
+    limits(LIMIT=0)
     caplog.set_level(logging.INFO, preconditioner.__name__)
     steps = []
     for n in (4, 8, 12):

@@ -147,14 +147,13 @@ def test_tables_hold_no_formulas_and_no_control_characters(tmp_path):
 
 
 @pytest.mark.slow
-def test_any_file_name_has_a_row_and_a_folder_in_that_of_the_batch(parts, monkeypatch):
-    monkeypatch.setenv("SECRET", "hidden")
+def test_any_file_name_has_a_row_and_a_folder_in_that_of_the_batch(parts):
     for path in parts.iterdir():
         path.unlink()
     for name in (b"...stl", b"${oc.env:SECRET}.stl", b"\xff\xfe.stl", b"=a\x1b[31m\nb.stl"):
         with open(os.fsencode(parts) + b"/" + name, "wb") as file:
             file.write(b"solid\nendsolid\n")
-    ended = batch(parts.parent, "mesh=parts", "output_dir=out")
+    ended = batch(parts.parent, "mesh=parts", "output_dir=out", SECRET="hidden")
     assert ended.returncode == 2 and "4 refused" in ended.stderr
     assert "\x1b" not in ended.stderr and "hidden" not in ended.stderr
     folders = {path.name for path in (parts.parent / "out").iterdir() if path.is_dir()}
@@ -169,9 +168,10 @@ def test_names_of_parts():
     assert [part_name(p) for p in ("a/...stl", "..", "${x}.stl")] == ["part__", "part__", "_{x}"]
 
 
-def batch(folder, *words):
+def batch(folder, *words, **variables):
     command = [sys.executable, str(HOME / "infer.py"), *QUICK, *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    given = {"capture_output": True, "text": True, "env": os.environ | variables}
+    return subprocess.run(command, cwd=folder, **given)
 
 
 @pytest.mark.slow
@@ -222,15 +222,15 @@ infer._silently = job
 
 
 @pytest.mark.slow
-def test_a_killed_process_ends_the_batch_and_the_same_command_continues_it(parts, monkeypatch):
+def test_a_killed_process_ends_the_batch_and_the_same_command_continues_it(parts):
     (parts.parent / "sitecustomize.py").write_text(MORTAL)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(parts.parent), *sys.path]))
+    path = os.pathsep.join([str(parts.parent), *sys.path])
     words = ["mesh=parts", "output_dir=out", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
-    ended = batch(parts.parent, *words)
+    ended = batch(parts.parent, *words, PYTHONPATH=path)
     assert ended.returncode == 1 and "TerminatedWorkerError" in ended.stderr
     finished = len(list((parts.parent / "out").rglob(ROW)))
     assert finished < 2 and not (parts.parent / "out" / "summary.html").exists()
-    continued = batch(parts.parent, *words)
+    continued = batch(parts.parent, *words, PYTHONPATH=path)
     assert continued.returncode == 0, continued.stderr
     assert continued.stderr.count(", as before") == finished
     assert continued.stderr.splitlines()[-1] == "2 valid: out/summary.html"

@@ -55,17 +55,16 @@ def test_a_file_with_a_comma_is_one_path(tmp_path):
 
 
 @pytest.mark.parametrize(("config", "word", "words"), first_quick(4, WRONG))
-def test_the_sentence_names_the_nearest_choice(config, word, words, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["program", word])
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+def test_the_sentence_names_the_nearest_choice(config, word, words, argv):
+    argv("program", word)
     with pytest.raises(InputError) as caught:
         run_hydra(config, lambda cfg: None)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_the_collector_runs_during_the_work_and_leaves_out_the_imports(monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["program", "mesh=example:rod"])
+def test_the_collector_runs_during_the_work_and_leaves_out_the_imports(argv):
+    argv("program", "mesh=example:rod")
     states = []
     gc.disable()
     try:
@@ -83,9 +82,8 @@ def test_a_command_line_is_split_into_flags_and_overrides():
     assert unknown == ["--mesh", "-x"]
 
 
-def test_flags_of_other_programs_are_named(monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["infer.py", "--mesh", "part.stl"])
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+def test_flags_of_other_programs_are_named(argv):
+    argv("infer.py", "--mesh", "part.stl")
     with pytest.raises(InputError, match=r"unknown flag --mesh; .* mesh=value"):
         run_hydra("infer", lambda cfg: None)
 
@@ -110,8 +108,7 @@ def test_programs_end_with_code_2_and_one_line(tmp_path, words, message):
     assert not list(tmp_path.iterdir())
 
 
-def test_flags_of_hydra_keep_their_values(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["train.py", "--cfg", "job", "schedule=cosine"])
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+def test_flags_of_hydra_keep_their_values(argv, capsys):
+    argv("train.py", "--cfg", "job", "schedule=cosine")
     run_hydra("train", lambda cfg: None)
     assert "plugin: cosine" in capsys.readouterr().out

@@ -1,7 +1,6 @@
 """python -m polycube.evaluate: one table, JSON and TensorBoard, of weights and checkpoints."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -87,16 +86,11 @@ def test_missing_columns_are_empty_cells() -> None:
     ),
 )
 def test_a_wrong_option_is_one_sentence_and_exit_code_2(
-    arguments: list[str],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture,
+    arguments: list[str], message: str, here: Path, argv, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["evaluate", f"weights={WEIGHTS}", *arguments])
+    argv("evaluate", f"weights={WEIGHTS}", *arguments)
     with pytest.raises(SystemExit) as end:
         main()
     assert end.value.code == 2
     assert capsys.readouterr().err.strip().splitlines()[-1].startswith(message)
-    assert not list(tmp_path.rglob("evaluation.json"))
+    assert not list(here.rglob("evaluation.json"))

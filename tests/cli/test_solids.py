@@ -299,12 +299,11 @@ def test_meshes_that_are_not_valid_when_joined_are_no_valid_result(
 
 
 @pytest.mark.slow
-def test_preflight_of_all_solids_writes_nothing(cubes, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_preflight_of_all_solids_writes_nothing(cubes, here, capsys):
     assert _command(config(f"mesh={cubes}", "cad.solid=all", "preflight=true")) == 2
     out = capsys.readouterr().out
     assert "cad.solid=2, right, is 1 moved" in out and out.count("usable: closed") == 2
-    assert not tree(tmp_path)
+    assert not tree(here)
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -38,13 +37,11 @@ def log_messages() -> None:
         (VERBOSE, "meshing/smooth begins|a detail|meshing/smooth  1.2 s|best: 0.5|warning: look"),
     ],
 )
-def test_a_line_per_stage_and_no_more(shown, words, tmp_path, monkeypatch) -> None:
-    stream = io.StringIO()
-    monkeypatch.setattr(sys, "stderr", stream)
+def test_a_line_per_stage_and_no_more(shown, words, tmp_path, capsys) -> None:
     with logging_to(shown) as log_to:
         log_to(tmp_path / "run.log")
         log_messages()
-    assert stream.getvalue().splitlines() == words.split("|")
+    assert capsys.readouterr().err.splitlines() == words.split("|")
     logged = (tmp_path / "run.log").read_text()
     assert all(
         each in logged for each in ("smooth begins", "a detail", "1.2 s", "best: 0.5", "look")
@@ -61,9 +58,10 @@ def test_messages_before_the_folder_exists_are_in_the_log_too(tmp_path) -> None:
     assert logging.getLogger("polycube").handlers == before
 
 
-@contextmanager
-def on_a_terminal() -> Iterator[tuple[Terminal, Callable[[], str]]]:
+@pytest.fixture
+def on_a_terminal(kind: str, monkeypatch) -> Iterator[tuple[Terminal, Callable[[], str]]]:
     """A handler of messages on a pseudo-terminal, and a function that reads what was written."""
+    monkeypatch.setenv("TERM", kind)
     ours, theirs = pty.openpty()
 
     def written() -> str:
@@ -86,13 +84,13 @@ def on_a_terminal() -> Iterator[tuple[Terminal, Callable[[], str]]]:
     os.close(ours)
 
 
-def test_on_a_terminal_the_last_line_shows_the_progress(monkeypatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    with on_a_terminal() as (terminal, written):
-        log_messages()
-        time.sleep(0.6)
-        terminal.close()
-        shown = written()
+@pytest.mark.parametrize("kind", ["xterm"])
+def test_on_a_terminal_the_last_line_shows_the_progress(on_a_terminal) -> None:
+    terminal, written = on_a_terminal
+    log_messages()
+    time.sleep(0.6)
+    terminal.close()
+    shown = written()
     plain = re.sub(r"\x1b\[[^A-Za-z]*[A-Za-z]", "", shown)
     assert re.search(r"meshing/smooth .* 0:00:00 +scaled Jacobian 0\.500", plain)
     assert "left" not in plain  # without the structures of this run there is no estimate
@@ -100,21 +98,12 @@ def test_on_a_terminal_the_last_line_shows_the_progress(monkeypatch) -> None:
     assert shown.endswith("\x1b[1A\x1b[2K")  # the line is erased at the end
 
 
-def test_a_terminal_without_control_codes_gets_messages_only(monkeypatch) -> None:
-    monkeypatch.setenv("TERM", "dumb")
-    with on_a_terminal() as (terminal, written):
-        log_messages()
-        terminal.close()
-        assert written() == "meshing/smooth  1.2 s\r\nwarning: look\r\n"
-
-
-def test_a_pipe_gets_no_control_codes_even_if_colours_are_forced(monkeypatch) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    stream = io.StringIO()
-    monkeypatch.setattr(sys, "stderr", stream)
-    with logging_to(PLAIN):
-        log_messages()
-    assert stream.getvalue() == "meshing/smooth  1.2 s\nwarning: look\n"
+@pytest.mark.parametrize("kind", ["dumb"])
+def test_a_terminal_without_control_codes_gets_messages_only(on_a_terminal) -> None:
+    terminal, written = on_a_terminal
+    log_messages()
+    terminal.close()
+    assert written() == "meshing/smooth  1.2 s\r\nwarning: look\r\n"
 
 
 CHATTER = """
@@ -127,20 +116,24 @@ with logging_to(PLAIN, is_alone=True) as log_to:
     print("from a careless one")
     subprocess.run(["echo", "from a child"])
     warnings.warn("from a careful one")
+    logging.getLogger("polycube.stages").debug("meshing/smooth begins", extra={"stage": "smooth"})
+    logging.getLogger("polycube.stages").info("meshing/smooth  1.2 s")
     logging.getLogger("polycube.cli").info("from us")
 print("after")
 """
 
 
 def test_output_of_libraries_goes_to_the_log(tmp_path: Path) -> None:
+    """And a pipe gets no control codes, even if colours are forced."""
     done = subprocess.run(
         [sys.executable, "-c", CHATTER],
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        env=os.environ | {"PYTHONPATH": str(ROOT), "FORCE_COLOR": "1"},
     )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "after\n", "from us\n")
+    assert (done.returncode, done.stdout) == (0, "after\n")
+    assert done.stderr == "meshing/smooth  1.2 s\nfrom us\n"
     log = (tmp_path / "run.log").read_text()
     for who in ("library in C", "careless one", "child", "careful one", "us"):
         assert log.count(f"from {'a ' * (who != 'us')}{who}") == 1
@@ -154,25 +147,32 @@ def test_a_stream_that_was_closed_ends_no_run() -> None:
     terminal.close()
 
 
-def test_a_terminal_that_is_closed_ends_no_run(monkeypatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    ours, theirs = pty.openpty()
-    stderr = os.dup(2)
-    os.dup2(theirs, 2)
-    try:
-        with logging_to(PLAIN):
-            log_messages()
-        monkeypatch.setattr(sys, "stderr", open(2, "w", closefd=False))
-        monkeypatch.setattr(sys, "stdout", open(1, "w", closefd=False))
-        with logging_to(PLAIN, is_alone=True):
-            log_messages()
-            os.close(ours)
+LONELY = """
+import time
+from polycube.cli.terminal import PLAIN, logging_to
+from tests.cli.test_terminal import log_messages
+for is_alone in (False, True):
+    with logging_to(PLAIN, is_alone):
+        log_messages()
+        if is_alone:
+            input()  # until the terminal is closed
             time.sleep(0.6)  # some updates of the line
             log_messages()
-    finally:
-        os.dup2(stderr, 2)
-        os.close(stderr)
+"""
+
+
+def test_a_terminal_that_is_closed_ends_no_run() -> None:
+    ours, theirs = pty.openpty()
+    given = {"stdin": subprocess.PIPE, "stdout": theirs, "stderr": theirs}
+    env = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm"}
+    with subprocess.Popen([sys.executable, "-c", LONELY], env=env, **given) as process:
         os.close(theirs)
+        shown = b""
+        while shown.count(b"warning: look") < 2:
+            shown += os.read(ours, 1 << 16)
+        os.close(ours)
+        process.communicate(b"\n")
+    assert process.returncode == 0
 
 
 def test_warnings_are_warnings_again_afterwards() -> None:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh import certificate
-from polycube.hexmesh.certificate import certify, coefficients
+from polycube.hexmesh.certificate import CHUNK, MAX_NUMBERS, certify, coefficients
 from polycube.hexmesh.connectivity import CORNERS, PLACES
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.spline.bernstein import bernstein
@@ -92,21 +91,39 @@ def test_certificate_agrees_with_dense_samples():
     assert hard.sum() > 4  # positive hexes whose own coefficients do not show it
 
 
-def test_too_few_halvings_leave_a_hex_undecided(monkeypatch):
+def test_a_zero_that_no_halving_meets_is_left_undecided():
+    """det J = (1 - 3/2 z)^2 is zero on a plane between all corners of halved boxes."""
+    points = (PLACES - [0.5, 0.5, 0]) * np.where(PLACES[:, 2:], [-0.5, -0.5, 1], 1)
+    found = certify(points, ONE)
+    assert not found.positive[0] and not found.refuted[0]
+    assert found.least[0] == pytest.approx(0, abs=1e-3) and found.bound[0] <= 0
+
+
+def test_too_few_halvings_leave_a_hex_undecided():
+    """So many undecided hexes at once that none of them is halved."""
     points, hexes = random_hexes(600, 0.42, 0)
     points = points.astype(float)
+    inner = coefficients(points[hexes])
+    is_open = (inner.min(axis=1) < 0) & (inner[:, [0, 2, 6, 8, 18, 20, 24, 26]].min(axis=1) > 0)
+    hexes, times = hexes[is_open], MAX_NUMBERS // 27 // 8 // is_open.sum() + 1
     full = certify(points, hexes)
-    monkeypatch.setattr(certificate, "MAX_LEVEL", 0)
-    found = certify(points, hexes)
+    found = certify(points, np.tile(hexes, (times, 1)))
     undecided = ~found.positive & ~found.refuted
-    assert (undecided & full.positive).any()
-    assert not (found.positive & ~full.positive).any()
+    assert (undecided & np.tile(full.positive, times)).any()
+    assert not (found.positive & ~np.tile(full.positive, times)).any()
 
 
-def test_result_is_independent_of_chunks_units_and_placement(monkeypatch):
+def test_result_is_independent_of_units_and_placement():
     points, hexes = random_hexes(100, 0.3, 1)
     once = certify(points.astype(float), hexes)
-    monkeypatch.setattr(certificate, "CHUNK", 9)
     again = certify(1e-6 * points + 5.0, hexes)
     np.testing.assert_array_equal(once.positive, again.positive)
     np.testing.assert_allclose(again.least, once.least, rtol=1e-3, atol=1e-6)
+
+
+def test_result_is_independent_of_chunks():
+    points, hexes = random_hexes(100, 0.1, 1)
+    once, times = certify(points.astype(float), hexes), CHUNK // 100 + 1
+    again = certify(points.astype(float), np.tile(hexes, (times, 1)))
+    np.testing.assert_array_equal(again.least, np.tile(once.least, times))
+    np.testing.assert_array_equal(again.bound, np.tile(once.bound, times))

@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from polycube.hexmesh import metrics as module
 from polycube.hexmesh.connectivity import PLACES
-from polycube.hexmesh.metrics import LARGEST, MEASURES, metrics, worst
+from polycube.hexmesh.metrics import CHUNK, LARGEST, MEASURES, metrics, worst
 
 ROTATED = np.array([0, 4, 5, 1, 3, 7, 6, 2])  # the same hex with zeta, xi, eta as its axes
 VTK = {
@@ -91,12 +90,11 @@ def test_measures_are_independent_of_size_position_and_rotation(seed, scale):
         np.testing.assert_allclose(moved[name], values, 1e-6, 1e-6)
 
 
-def test_chunks_do_not_change_the_result(monkeypatch):
+def test_chunks_do_not_change_the_result():
     points, hexes = random_hexes(50, 0.2)
-    at_once = metrics(points, hexes)
-    monkeypatch.setattr(module, "CHUNK", 7)
-    for name, values in metrics(points, hexes).items():
-        np.testing.assert_array_equal(values, at_once[name])
+    at_once, times = metrics(points, hexes), CHUNK // 50 + 1
+    for name, values in metrics(points, np.tile(hexes, (times, 1))).items():
+        np.testing.assert_array_equal(values, np.tile(at_once[name], times))
 
 
 def test_worst_depends_on_the_direction_of_the_measure():

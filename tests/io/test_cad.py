@@ -1,6 +1,5 @@
 """CAD files written by gmsh in another process, read back."""
 
-import os
 import re
 import subprocess
 import sys
@@ -184,9 +183,7 @@ def test_half_a_file_is_refused(tmp_path, step):
         read_surface(path)
 
 
-def test_without_gmsh_the_reason_is_named(tmp_path, step, monkeypatch):
-    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+def test_without_gmsh_the_reason_is_named(step, without_gmsh):
     reason = r"need gmsh, which cannot be loaded \(ImportError: libGLU.so.1: no such file\); pip"
     for read in (read_surface, read_solids):
         with pytest.raises(InputError, match=reason):

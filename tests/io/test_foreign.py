@@ -1,7 +1,5 @@
 """A reader in a process of its own: whatever it does, this one goes on with one sentence."""
 
-import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -19,14 +17,15 @@ limit(request)
 
 
 @pytest.fixture
-def run_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def run_worker(tmp_path: Path, import_first, monkeypatch: pytest.MonkeyPatch):
     """A function that runs code in the reading process and returns its output or its error."""
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    import_first(tmp_path)
     monkeypatch.setattr("polycube.io.foreign.process.SECONDS", 1)
     path = tmp_path / "part.x"
     path.write_bytes(b"anything")
 
-    def read(body: str) -> str:
+    def read(body: str, patience: float = 5) -> str:
+        monkeypatch.setattr("polycube.io.foreign.process.PATIENCE", patience)
         (tmp_path / "worker.py").write_text(WORKER.format(body=body))
         output, errors = read_separately("worker", path, {"more": "words"})
         return output.decode() if output is not None else str(unreadable(path, errors))
@@ -44,10 +43,9 @@ def test_a_worker_that_never_ends_is_stopped(run_worker) -> None:
         run_worker("while True: pass")
 
 
-def test_a_worker_that_waits_is_stopped(run_worker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("polycube.io.foreign.process.PATIENCE", 0.5)
+def test_a_worker_that_waits_is_stopped(run_worker) -> None:
     with pytest.raises(InputError, match="did not finish in 2 s"):
-        run_worker("import time; time.sleep(60)")
+        run_worker("import time; time.sleep(60)", patience=0.5)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Reading: formats agree to the last digit, and each refusal is reached."""
 
-import os
 import struct
 import subprocess
 import sys
@@ -152,10 +151,10 @@ def test_folder_is_refused(tmp_path):
         read_surface(tmp_path / "a.stl")
 
 
-def test_missing_libusb_names_the_cure(tmp_path, monkeypatch):
+def test_missing_libusb_names_the_cure(tmp_path, import_first):
     path = written(tmp_path, "stl").rename(tmp_path / "part.fbx")
     (tmp_path / "open3d.py").write_text("raise OSError('libusb-1.0.so.0: no such file')")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+    import_first(tmp_path)
     with pytest.raises(InputError, match=r"apt-get install libusb-1\.0-0"):
         read_surface(path)
 

@@ -226,8 +226,8 @@ def test_a_bar_is_meshed_and_solved(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cancelled_call_ends_the_run_with_the_best_mesh(tmp_path, monkeypatch) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+def test_a_cancelled_call_ends_the_run_with_the_best_mesh(tmp_path, import_first) -> None:
+    import_first(ROOT)
 
     async def work() -> None:
         scope = CancelScope()

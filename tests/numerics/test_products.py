@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 
-from polycube.numerics import threads
 from polycube.numerics.products import LEAST, Symmetric
 
 
@@ -32,7 +31,7 @@ def test_agrees_with_the_dense_matrix(n):
 
 
 @pytest.mark.parametrize("n", [1, 3])
-def test_product_does_not_depend_on_the_number_of_threads(n, monkeypatch):
+def test_product_does_not_depend_on_the_number_of_threads(n, on_cores):
     size = 4 * LEAST
     place = np.arange(size)
     rng = np.random.default_rng(6)
@@ -42,7 +41,8 @@ def test_product_does_not_depend_on_the_number_of_threads(n, monkeypatch):
     lower.sort_indices()
     matrix = Symmetric(lower.indptr, lower.indices, rng.normal(size=(lower.nnz, n, n)))
     x = rng.normal(size=(size * n, 5))
+    on_cores(4)
     found = matrix @ x
     assert found == pytest.approx(matrix.full() @ x, abs=1e-12)
-    monkeypatch.setattr(threads, "pool", lambda: None)
+    on_cores(1)
     assert np.array_equal(matrix @ x, found)

@@ -28,9 +28,8 @@ def test_results_are_in_order_and_errors_are_raised():
         threads.side_by_side([lambda: 1, lambda: 1 / 0])
 
 
-def test_an_idle_thread_takes_the_next_task(monkeypatch):
-    monkeypatch.setattr(threads, "cores", lambda: 2)
-    threads.pool.cache_clear()
+def test_an_idle_thread_takes_the_next_task(on_cores):
+    on_cores(2)
     begun, done = Event(), Event()
 
     def long():
@@ -43,12 +42,11 @@ def test_an_idle_thread_takes_the_next_task(monkeypatch):
 
     calls = [lambda: begun.wait(10) and get_ident(), long, last_of_the_others, get_ident]
     first, other, *rest = threads.side_by_side(calls)
-    threads.pool.cache_clear()
     assert rest == [first, first] and other not in (0, first)
 
 
 @pytest.mark.parametrize("cores", [1, 2, 8])
-def test_results_do_not_depend_on_the_number_of_cores(cores, monkeypatch):
+def test_results_do_not_depend_on_the_number_of_cores(cores, on_cores):
     rng = np.random.default_rng(0)
     x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
@@ -60,22 +58,26 @@ def test_results_do_not_depend_on_the_number_of_cores(cores, monkeypatch):
         value, gradient = energy.energy(x, hexes, lengths, Terms(jacobian=1.0), springs(len(x)))
         return [value, gradient, *closest.closest(tree, points, facing, 0.1)]
 
-    monkeypatch.setattr(threads.os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
-    threads.pool.cache_clear()
+    on_cores(cores)
     found = numbers()
-    threads.pool.cache_clear()
-    monkeypatch.setattr(threads, "pool", lambda: None)
+    on_cores(1)
+    assert threads.pool() is None
     assert all(np.array_equal(a, b) for a, b in zip(found, numbers(), strict=True))
 
 
-def test_divided_work_equals_undivided_work(monkeypatch):
+def test_divided_work_equals_undivided_work():
     rng = np.random.default_rng(0)
     x, hexes = unit_cubes(20, 20, 20)
     x = x + 0.1 * rng.normal(size=x.shape)
-    at = x, hexes, np.ones((len(hexes), 3)), Terms(jacobian=1.0), springs(len(x))
-    assert len(threads.parts(len(hexes), energy.LEAST)) > 1
-    value, gradient = energy.energy(*at)
-    monkeypatch.setattr(energy, "LEAST", len(hexes))
-    expected = energy.energy(*at)
-    assert value == pytest.approx(expected[0], rel=1e-12)
-    assert gradient == pytest.approx(expected[1], rel=1e-9, abs=1e-9 * abs(expected[1]).max())
+
+    def of(some):
+        lengths = np.ones((len(some), 3))
+        return energy.energy(x, some, lengths, Terms(jacobian=1.0), springs(len(x)))
+
+    value, gradient = of(hexes)
+    halves = np.array_split(hexes, 2)
+    assert [len(threads.parts(len(h), energy.LEAST)) for h in (hexes, *halves)] == [2, 1, 1]
+    one, other, none = map(of, (*halves, hexes[:0]))  # each has the energy of all springs
+    assert value == pytest.approx(one[0] + other[0] - none[0], rel=1e-12)
+    expected = one[1] + other[1] - none[1]
+    assert gradient == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(expected).max())

@@ -97,8 +97,7 @@ def toilsome(work: float, *sizes: float):
 
 
 @pytest.mark.parametrize(("worth", "number"), [(1.5, 2), (2.5, 3), (4.5, 5)])
-def test_the_price_rises_with_the_work_since_the_last_gain(worth, number, monkeypatch):
-    monkeypatch.setitem(module.MOST, "normal", float("inf"))
+def test_the_price_rises_with_the_work_since_the_last_gain(worth, number):
     found = toilsome(module.PATIENCE, *np.linspace(1, 0.1, 9))
     searched(found, expecting(lambda move: worth * PRICE["normal"]))
     assert variants(found) == list(range(number))
@@ -161,21 +160,19 @@ SIZES = st.floats(-9, 12).filter(lambda x: abs(x) > 0.1) | st.just(np.inf)
 
 @settings(deadline=None, max_examples=25)
 @given(st.lists(SIZES, min_size=1, max_size=6), st.floats(1.01, 1.5), st.data())
-def test_at_no_price_everything_possible_is_tried(sizes, factor, data):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(PRICE, "thorough", 0.0)
-        gains = {}
+def test_everything_possible_is_tried_if_it_is_worth_any_price(sizes, factor, data):
+    gains = {}
 
-        def gain(move):
-            return gains.setdefault(move, data.draw(st.floats(1e-6, 1)))
+    def gain(move):
+        return gains.setdefault(move, data.draw(st.floats(1e9, 1e15)))
 
-        found = history(STAGES, grown(*sizes), cure=[Stage("meshing/cure", Scale(factor))])
-        searched(found, expecting(gain), effort="thorough")
-        assert found.shortfall == 0 or not possible(found)
-        assert len(set(found.moves)) == len(found.moves)
-        keys = [each.key for each in found.outcomes]
-        assert (found.leader is None) == (not keys)
-        assert not keys or found.leader.key == max(keys)
+    found = history(STAGES, grown(*sizes), cure=[Stage("meshing/cure", Scale(factor))])
+    searched(found, expecting(gain), effort="thorough")
+    assert found.shortfall == 0 or not possible(found)
+    assert len(set(found.moves)) == len(found.moves)
+    keys = [each.key for each in found.outcomes]
+    assert (found.leader is None) == (not keys)
+    assert not keys or found.leader.key == max(keys)
 
 
 @settings(deadline=None, max_examples=25)

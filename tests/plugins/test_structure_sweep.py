@@ -1,8 +1,6 @@
 """Sweeps: exact hexes of known stacks of slabs, parts that are not swept, and single steps."""
 
 import logging
-import os
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -341,10 +339,8 @@ def test_a_swept_mesh_is_not_divided_again():
 
 
 @pytest.mark.slow
-def test_without_gmsh_it_is_refused_if_requested_else_omitted(tmp_path, monkeypatch, caplog):
+def test_without_gmsh_it_is_refused_if_requested_else_omitted(without_gmsh, caplog):
     caplog.set_level(logging.INFO)
-    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
 
     def proposed(*overrides: str) -> list[Candidate]:
         settings = Settings.of(compose("infer", ["mesh=example:rod", *overrides]))

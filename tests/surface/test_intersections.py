@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from polycube.errors import InputError
-from polycube.surface import intersections
 from polycube.surface.intersections import crossing_places, self_intersections
 from polycube.surface.repair.clean import crossings
 from polycube.types import TriMesh
@@ -84,12 +83,16 @@ def test_two_folds_far_apart_are_two_places():
     assert min(np.abs(own + 10 - middles[1]).max(axis=1)) < 1e-12
 
 
-def test_too_many_long_faces_are_not_compared(monkeypatch):
-    """Each of 200 random triangles overlaps most others; memory is bounded as well."""
-    soup = TriMesh(np.random.default_rng(0).random((600, 3)), np.arange(600).reshape(-1, 3))
-    assert len(self_intersections(soup)) > 1000
-    monkeypatch.setattr(intersections, "MOST", 50_000)
-    sentence = "intersecting faces were not searched for: too many of the 200 faces lie close"
+def test_too_many_long_faces_are_not_compared():
+    """Each of the random triangles overlaps most others; memory is bounded as well."""
+
+    def soup_of(n: int) -> TriMesh:
+        corners = np.random.default_rng(0).random((3 * n, 3))
+        return TriMesh(corners, np.arange(3 * n).reshape(-1, 3))
+
+    assert len(self_intersections(soup_of(200))) > 1000
+    soup = soup_of(15_000)
+    sentence = "intersecting faces were not searched for: too many of the 15000 faces lie close"
     with pytest.raises(InputError, match=sentence):
         self_intersections(soup)
     assert [sentence in each for each in crossings(soup)] == [True]

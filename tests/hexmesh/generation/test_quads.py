@@ -1,7 +1,5 @@
 """Quads of planar regions by Gmsh: grids, holes, adjacent regions, and without Gmsh."""
 
-import os
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -62,8 +60,6 @@ def test_a_region_that_gmsh_cannot_mesh_does_not_affect_the_others():
     assert broken == [] and len(found) == 2
 
 
-def test_without_gmsh_the_error_names_the_package(tmp_path, monkeypatch):
-    (tmp_path / "gmsh.py").write_text("raise ImportError('libGLU.so.1: no such file')")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
+def test_without_gmsh_the_error_names_the_package(without_gmsh):
     with pytest.raises(MissingPackage, match=r"gmsh, which does not load; pip install"):
         quads([Plane(SQUARE, [[[0, 1, 2, 3]]], [[]], 1.0)])
