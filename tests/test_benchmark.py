@@ -4,6 +4,7 @@ import io
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ import pytest
 
 from docs.generators.benchmark import __main__ as benchmark
 from docs.generators.benchmark.numbers import changes, results, totals
-from polycube.cli import infer
 from polycube.errors import InputError
 from polycube.hexmesh.face_groups import facing, measure
 from polycube.pipeline.resume.results import save_stage
@@ -95,19 +95,15 @@ def test_changes_since_an_earlier_batch(batch: Path, tmp_path: Path) -> None:
     assert changes(before["b_poor"], before["b_poor"]) == (None, None)
 
 
-def drawing(monkeypatch, colour: str = "red") -> None:
+def drawn(batch: Path) -> None:
+    """Store a picture of each part, as if it was drawn."""
     image = pytest.importorskip("PIL.Image")
-    file = io.BytesIO()
-    image.new("RGB", (900, 700), colour).save(file, "PNG")
-    monkeypatch.setattr(benchmark, "has_stage", lambda run, kind: True)
-    monkeypatch.setattr(benchmark, "pictured", lambda run: [])
-    monkeypatch.setattr(benchmark, "draw", lambda found: dict.fromkeys(found, file.getvalue()))
+    for row in batch.glob("*/row.json"):
+        image.new("RGB", (560, 420), "red").save(row.with_name(benchmark.PICTURE))
 
 
-def test_the_page_has_totals_failures_parts_and_pictures(
-    batch: Path, tmp_path: Path, monkeypatch
-) -> None:
-    drawing(monkeypatch)
+def test_the_page_has_totals_failures_parts_and_pictures(batch: Path, tmp_path: Path) -> None:
+    drawn(batch)
     part(tmp_path / "old" / "a_good", 0.95)
     text = benchmark.benchmark(batch, tmp_path / "old").read_text()
     outline = Outline(text)
@@ -146,7 +142,7 @@ def test_a_page_of_the_user_is_not_overwritten(batch: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_lost_is_red_and_drawn_once(tmp_path: Path, monkeypatch) -> None:
+def test_what_is_lost_is_red_and_drawn_once(tmp_path: Path) -> None:
     """A cube of which the mesh reaches only to 0.9 of the height."""
     pytest.importorskip("pyvista")
     image = pytest.importorskip("PIL.Image")
@@ -194,27 +190,27 @@ def test_parts_that_cannot_be_told_apart_are_refused(tmp_path: Path) -> None:
         benchmark.parts_of(tmp_path, 0)
 
 
-def command(monkeypatch, *words: object) -> int:
-    monkeypatch.setattr(sys, "argv", ["benchmark", *map(str, words)])
+def ended(command: Callable[[], None]) -> object:
+    """Exit code of the benchmark with a program that meshes the parts."""
     try:
-        benchmark.main()
-    except SystemExit as ended:
-        return ended.code
+        benchmark.main(command)
+    except SystemExit as end:
+        return end.code
     return 0
 
 
 @pytest.mark.parametrize(("ends", "code"), [(0, 0), (3, 0), (130, 130)])
 def test_the_command_meshes_the_parts_then_writes_the_page(
-    batch: Path, tmp_path: Path, monkeypatch, ends: int, code: int
+    batch: Path, tmp_path: Path, argv, ends: int, code: int
 ) -> None:
     """Also where a part fails; not where it was interrupted."""
-    drawing(monkeypatch)
+    drawn(batch)
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "it's.step").touch()
-    arguments = []
-    monkeypatch.setattr(infer, "main", lambda: (arguments.extend(sys.argv[1:]), sys.exit(ends)))
+    arguments: list[str] = []
     words = ["--parts", tmp_path / "parts", "--settings", "hydra/launcher=joblib"]
-    assert command(monkeypatch, batch, *words) == code
+    argv("benchmark", batch, *words)
+    assert ended(lambda: (arguments.extend(sys.argv[1:]), sys.exit(ends))) == code
     mesh = str(tmp_path / "parts" / "it's.step").replace("'", "\\'")
     assert arguments[:3] == ["-m", f"mesh='{mesh}'", f"output_dir={batch}"]
     assert arguments[3:] == ["order=[meshing]", "hydra/launcher=joblib"]
@@ -222,8 +218,8 @@ def test_the_command_meshes_the_parts_then_writes_the_page(
 
 
 def test_a_wrong_folder_is_refused_before_anything_is_meshed(
-    batch: Path, tmp_path: Path, monkeypatch, capsys
+    batch: Path, tmp_path: Path, argv, capsys
 ) -> None:
-    monkeypatch.setattr(infer, "main", lambda: pytest.fail("it began"))
-    assert command(monkeypatch, batch, tmp_path / "none", "--parts", tmp_path) == 2
+    argv("benchmark", batch, tmp_path / "none", "--parts", tmp_path)
+    assert ended(lambda: pytest.fail("it began")) == 2
     assert capsys.readouterr().err.startswith("error: ")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from polycube.report.pictures.render import Film, Scene
 from polycube.types import Json
 
 TILE = (250, 190)  # size of a picture in pixels
+Draw = Callable[[dict[str, Scene]], dict[str, bytes]]  # PNG pictures of scenes
 SHADES = 64  # colours of a strip; limits eight strips to a few hundred kilobytes
 HEAD = """# Gallery
 
@@ -50,7 +51,7 @@ diagonal.
 """
 
 
-def gallery(folder: Path, runs: Sequence[Path]) -> Path:
+def gallery(folder: Path, runs: Sequence[Path], draw: Draw = draw) -> Path:
     """Write the page of finished runs and return its path; runs without a report are omitted.
 
     Raises InputError if this would overwrite a page that is not a gallery, or a picture that the
@@ -63,7 +64,7 @@ def gallery(folder: Path, runs: Sequence[Path]) -> Path:
     for run in reports:
         path = folder / "gallery" / f"{run.name}.png"
         with atomic_write(path) as temporary:
-            temporary.write_bytes(strip(run))
+            temporary.write_bytes(strip(run, draw))
         strips += f"**{run.name}**\n\n![{run.name}](gallery/{path.name})\n\n"
     lines = [list(COLUMNS), ["---"] * len(COLUMNS)]
     lines += [_row(run.name, report) for run, report in reports.items()]
@@ -83,7 +84,7 @@ def _check_place(folder: Path, runs: Sequence[Path]) -> None:
             raise InputError(f"{folder / name} does not belong to {page} and would be overwritten")
 
 
-def strip(run: Path) -> bytes:
+def strip(run: Path, draw: Draw) -> bytes:
     """PNG of the pictures of a run side by side, with gaps for those that cannot be drawn."""
     from PIL import Image
 

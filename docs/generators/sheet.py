@@ -12,8 +12,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from docs.generators.tiles import write_tiles
+from docs.generators.tiles import Draw, write_tiles
 from polycube.diffusion.pairs.any_structure import LatticePairs, Part
+from polycube.report.pictures.pictures import draw
 from polycube.report.pictures.render import Scene, view
 from polycube.report.pictures.scenes import labelled, polycube_faces
 from polycube.types import Labels, TriMesh
@@ -23,11 +24,11 @@ TILE = (460, 230)  # size of a part and its polycube in pixels
 GAP = 0.15  # gap between them, in units of the learning frame
 
 
-def sheet(path: Path, seed: int = 0, first: int = 0, rows: int = ROWS) -> None:
+def sheet(path: Path, seed: int = 0, first: int = 0, rows: int = ROWS, draw: Draw = draw) -> None:
     """Write a PNG of rows of COLUMNS pairs, starting with number `first`."""
     pairs = LatticePairs(seed, n_points=0)
     scenes = {str(n): side_by_side(pairs.part(first + n)) for n in range(COLUMNS * rows)}
-    write_tiles(path, scenes, COLUMNS, TILE, is_named=False)
+    write_tiles(path, scenes, COLUMNS, TILE, is_named=False, draw=draw)
 
 
 def side_by_side(part: Part) -> Scene:

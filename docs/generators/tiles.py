@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from polycube.io.atomic import atomic_write
@@ -13,6 +13,7 @@ from polycube.report.pictures.render import Picture
 MARGIN = 10  # pixels round a picture
 LABEL = 24  # pixels for its name
 SHADES = 96  # colours of a sheet
+Draw = Callable[[Mapping[str, Picture]], dict[str, bytes]]  # PNG pictures of scenes
 
 
 def write_tiles(
@@ -22,6 +23,7 @@ def write_tiles(
     size: tuple[int, int] = (280, 220),
     *,
     is_named: bool = True,
+    draw: Draw = draw,
 ) -> None:
     """Write a PNG of pictures in rows, in their order.
 
@@ -32,6 +34,7 @@ def write_tiles(
     columns : number of pictures in a row
     size : width and height of a picture in pixels
     is_named : whether the names are written below the pictures
+    draw : what makes PNG pictures of scenes, by their names
 
     Raises
     ------

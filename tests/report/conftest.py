@@ -1,6 +1,8 @@
 """A small finished run: a cube and a cube with a hole, bent, with spline and modes; and a bar."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +11,11 @@ from scipy.sparse import identity
 from polycube.hexmesh.connectivity import hex_mesh, quad_sides
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.registry import build
+from polycube.report.page.html import write_report
 from polycube.report.pictures.pictures import pictures
 from polycube.state import RunState
 from polycube.structure.lattice import boundary, cell_of_box, lattice
-from polycube.types import Deformation, HexMesh, Labels, Modes, Polycube, Spline, TriMesh
+from polycube.types import Deformation, HexMesh, Json, Labels, Modes, Polycube, Spline, TriMesh
 from tests.fixtures.hexmeshes import CORNERS
 from tests.fixtures.splines import BAR, box
 
@@ -101,6 +104,18 @@ def drawn(run: RunState) -> dict[str, bytes]:
     """Pictures of the run, drawn once for all tests."""
     pytest.importorskip("pyvista")
     return pictures(run)
+
+
+@pytest.fixture(scope="session")
+def written() -> Callable[[Path, RunState, Json, dict[str, bytes]], Path]:
+    """A function that writes the report of a run with given pictures, as if they were drawn."""
+
+    def write(folder: Path, state: RunState, report: Json, images: dict[str, bytes]) -> Path:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("polycube.report.page.html.pictures", lambda *_: images)
+            return write_report(folder, state, report)
+
+    return write
 
 
 @pytest.fixture(scope="session")

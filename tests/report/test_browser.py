@@ -9,7 +9,7 @@ import pytest
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.report.numbers import quality
 from polycube.report.page import html
-from polycube.report.page.html import summary_page, write_report
+from polycube.report.page.html import summary_page
 from polycube.report.page.views import viewer
 from polycube.report.page.views.comparison import write_view
 from tests.fixtures import browser
@@ -73,21 +73,18 @@ def window() -> Iterator[browser.Page]:
 
 
 @pytest.fixture(scope="module")
-def written(window, run, report, drawn, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("page")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(html, "pictures", lambda *state: drawn)
-        return write_report(folder, run, report)
+def page(window, run, report, drawn, written, tmp_path_factory):
+    return written(tmp_path_factory.mktemp("page"), run, report, drawn)
 
 
 @pytest.fixture
-def desktop(window, written) -> browser.Page:
+def desktop(window, page) -> browser.Page:
     """The page, newly loaded, with its 3D view drawn."""
     window.media()
     window.size(1280, 900)
     window.messages.clear()
     window.requests.clear()
-    window.open(written)
+    window.open(page)
     window.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     return window
 
@@ -102,11 +99,9 @@ def status(page: browser.Page) -> str:
     return page.run("document.querySelector('.viewer output').textContent")
 
 
-def test_it_opens_without_messages_and_without_the_network(desktop, written) -> None:
+def test_it_opens_without_messages_and_without_the_network(desktop, page) -> None:
     assert desktop.messages == []
-    assert [a for a in desktop.requests if not a.startswith("data:")] == [
-        written.resolve().as_uri()
-    ]
+    assert [a for a in desktop.requests if not a.startswith("data:")] == [page.resolve().as_uri()]
 
 
 def test_the_first_screen_has_the_verdict_and_the_main_numbers(desktop, run, report) -> None:
@@ -295,9 +290,9 @@ def test_the_modes_swing(desktop) -> None:
     assert any(changed(first, desktop.picture(film)) > 0.01 for _ in range(20))
 
 
-def test_a_phone_shows_all_of_it(desktop, written) -> None:
+def test_a_phone_shows_all_of_it(desktop, page) -> None:
     desktop.size(390, 844, phone=True)
-    desktop.open(written)
+    desktop.open(page)
     desktop.wait("document.querySelector('.viewer output').textContent.includes('hexes')")
     assert desktop.run(WIDER) == 0
     desktop.run("document.querySelectorAll('details').forEach((e) => { e.open = true; })")

@@ -54,12 +54,12 @@ def test_a_run_has_the_pictures_of_what_it_reached(run, finished: Path) -> None:
     assert np.array_equal(layer.points, film.layer.points + film.shift)
 
 
-def test_the_page_has_its_row_and_strip(finished: Path, tmp_path: Path, monkeypatch) -> None:
+def test_the_page_has_its_row_and_strip(finished: Path, tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
     file = io.BytesIO()
     image.new("RGB", (400, 300), "red").save(file, "PNG")
-    monkeypatch.setattr(gallery, "draw", lambda found: {"hex": file.getvalue()})
-    page = gallery.gallery(tmp_path / "docs", [finished, tmp_path / "no_run"])
+    runs = [finished, tmp_path / "no_run"]
+    page = gallery.gallery(tmp_path / "docs", runs, lambda found: {"hex": file.getvalue()})
     text = page.read_text()
     assert "| part | cube, – (slices) | 12 | 0.75 / 0.90 | 1.23 |  |  |" in text
     assert "![part](gallery/part.png)" in text and "no_run" not in text

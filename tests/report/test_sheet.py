@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from docs.generators import sheet
+from docs.generators.tiles import MARGIN
 from polycube.diffusion.pairs.any_structure import LatticePairs
 from polycube.report.pictures.colours import AXIS_COLOURS, rgb
 from polycube.report.pictures.render import view
@@ -22,22 +23,22 @@ def test_a_part_stands_left_of_its_polycube() -> None:
     assert {tuple(c) for c in goal.colours} == {tuple(c) for c in shape.colours}
 
 
-def test_the_sheet_has_a_tile_for_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_sheet_has_a_tile_for_each(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
-    file = io.BytesIO()
-    image.new("RGB", (400, 300), "red").save(file, "PNG")
-    scenes = {}
+    images, scenes = {}, {}
+    for colour in ("red", "white"):
+        image.new("RGB", (400, 300), colour).save(file := io.BytesIO(), "PNG")
+        images[colour] = file.getvalue()
 
     def draw(found: dict) -> dict[str, bytes]:
         scenes.update(found)
-        return {"5": file.getvalue()}  # the others could not be drawn
+        return {name: images["red" if name == "5" else "white"] for name in found}
 
-    monkeypatch.setattr(sheet, "draw", draw)
-    sheet.sheet(tmp_path / "sheet.png", seed=2, first=10)
+    sheet.sheet(tmp_path / "sheet.png", seed=2, first=10, draw=draw)
     assert len(scenes) == sheet.COLUMNS * sheet.ROWS
     assert np.array_equal(scenes["5"][0].points, LatticePairs(2, 0).part(15).geometry)
     page = np.asarray(image.open(tmp_path / "sheet.png").convert("RGB"))
-    width, height = sheet.TILE
+    width, height = (size + 2 * MARGIN for size in sheet.TILE)
     assert page.shape == (sheet.ROWS * height, sheet.COLUMNS * width, 3)
     red = (page == [255, 0, 0]).all(axis=2)
     row, column = divmod(5, sheet.COLUMNS)
@@ -45,3 +46,5 @@ def test_the_sheet_has_a_tile_for_each(tmp_path: Path, monkeypatch: pytest.Monke
         red.sum()
     )
     assert red.sum() > 40_000
+    with pytest.raises(RuntimeError, match="of other.png was not drawn"):
+        sheet.sheet(tmp_path / "other.png", rows=1, draw=lambda found: {})

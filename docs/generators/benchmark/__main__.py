@@ -13,7 +13,7 @@ import argparse
 import io
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from docs.generators.benchmark.numbers import ROW, results
@@ -150,8 +150,17 @@ def parts_of(folder: Path, subset: int | None = None) -> list[str]:
     return [found[i * len(found) // count] for i in range(count)]
 
 
-def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -> None:
+def mesh_all(
+    parts: Sequence[str],
+    folder: Path,
+    settings: Sequence[str] = (),
+    command: Callable[[], None] = infer.main,
+) -> None:
     """Mesh parts as a batch into `folder`; existing results are kept.
+
+    Parameters
+    ----------
+    command : the program that meshes them, whose arguments are in `sys.argv`
 
     Raises
     ------
@@ -161,13 +170,13 @@ def mesh_all(parts: Sequence[str], folder: Path, settings: Sequence[str] = ()) -
     meshes = f"mesh={','.join(map(quote, parts))}"
     sys.argv[1:] = ["-m", meshes, f"output_dir={folder}", "order=[meshing]", *settings]
     try:
-        infer.main()
+        command()
     except SystemExit as ended:
         if ended.code == INTERRUPTED:
             raise
 
 
-def main() -> None:
+def main(command: Callable[[], None] = infer.main) -> None:
     """Command line: exit code 2 and one sentence for an invalid argument."""
     parser = argparse.ArgumentParser(prog="python -m docs.generators.benchmark")
     parser.add_argument(
@@ -182,9 +191,8 @@ def main() -> None:
         if arguments.before is not None:  # before the parts are meshed, which may take hours
             check_batch(arguments.before)
         if arguments.parts is not None:
-            mesh_all(
-                parts_of(arguments.parts, arguments.subset), arguments.folder, arguments.settings
-            )
+            parts = parts_of(arguments.parts, arguments.subset)
+            mesh_all(parts, arguments.folder, arguments.settings, command)
         sys.stdout.write(f"The page is {benchmark(arguments.folder, arguments.before)}\n")
     except InputError as error:
         sys.exit(refused(error))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.report.page import html
 from polycube.report.page.html import header, write_report
 from polycube.report.page.templates import element, show
 from polycube.report.pictures.pictures import makers
@@ -76,11 +75,9 @@ def images(run) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def page(run, report, images, folder: Path) -> str:
+def page(run, report, images, folder: Path, written) -> str:
     (folder / "hex.vtu").write_text("")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(html, "pictures", lambda *state: images)
-        return write_report(folder, run, report).read_text(encoding="utf-8")
+    return written(folder, run, report, images).read_text(encoding="utf-8")
 
 
 def test_all_sections_in_order(page: str) -> None:
@@ -110,7 +107,7 @@ def test_text_from_outside_is_escaped(page: str) -> None:
     assert "<b>bent" not in page and "<welded>" not in page
 
 
-def test_a_run_that_failed_half_way_says_where(run, images, monkeypatch, tmp_path) -> None:
+def test_a_run_that_failed_half_way_says_where(run, images, written, tmp_path) -> None:
     report = {
         "valid": False,
         "failure": "stage meshing/smooth failed: no descent",
@@ -118,10 +115,8 @@ def test_a_run_that_failed_half_way_says_where(run, images, monkeypatch, tmp_pat
         "seconds": {"read": 0.1},
     }
     state = RunState(run.surface, polycube=run.polycube)
-    monkeypatch.setattr(
-        html, "pictures", lambda *state: {name: images[name] for name in ("input", "polycube")}
-    )
-    page = write_report(tmp_path, state, report).read_text(encoding="utf-8")
+    few = {name: images[name] for name in ("input", "polycube")}
+    page = written(tmp_path, state, report, few).read_text(encoding="utf-8")
     outline = Outline(page)
     assert "No valid result" in page and "Stage meshing/smooth failed" in page
     assert {"input", "structure"} <= set(outline.sections)

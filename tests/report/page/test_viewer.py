@@ -77,31 +77,27 @@ def test_beyond_is_mutual_and_open_at_the_boundary(run) -> None:
             assert len(set(mesh.hexes[hexa]) & set(mesh.hexes[other])) == 4
 
 
-def test_a_mesh_too_large_for_a_page_is_left_out(run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(viewer, "MOST", len(run.hexes.hexes) - 1)
-    assert viewer.viewer(run.hexes) == ""
+def test_a_mesh_too_large_for_a_page_is_left_out() -> None:
+    plate = hex_box((400, viewer.MOST // 400 + 1, 1))
+    assert viewer.viewer(plate) == ""
 
 
-def test_of_a_large_mesh_the_boundary_and_the_worst_hexes_are_in_the_page(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    mesh = hex_box((7, 6, 5))
-    middle = mesh.hexes[np.ravel_multi_index((3, 3, 2), (7, 6, 5))]
-    moved = np.zeros_like(mesh.vertices)
-    moved[middle[0]] = 0.04  # the eight hexes round one vertex are bad, the one in the middle worst
-    mesh = replace(mesh, vertices=mesh.vertices + moved)
-    monkeypatch.setattr(viewer, "ALL_SHOWN", 209)
-    monkeypatch.setattr(viewer, "WORST", 1)
+def test_of_a_large_mesh_the_boundary_and_the_worst_hexes_are_in_the_page() -> None:
+    bricks = (70, 60, 15)
+    mesh = hex_box(bricks, bricks)
+    inside = (abs(mesh.vertices - [35, 30, 7]) <= [8, 8, 4]).all(axis=1)
+    noise = np.random.default_rng(0).uniform(-0.04, 0.04, mesh.vertices.shape)
+    mesh = replace(mesh, vertices=mesh.vertices + noise * inside[:, None])  # 18 x 18 x 10 bad hexes
     data, raw = unpacked(viewer.viewer(mesh))
     n, h = data["V"], data["H"]
-    inner = 5 * 4 * 3
-    assert (h, data["all"]) == (210 - inner + 1, 210)
+    inner, least = 68 * 58 * 13, viewer.WORST
+    assert (h, data["all"]) == (63_000 - inner + least, 63_000)
     numbers = np.frombuffer(raw, "<i4", h, 12 * n + 112 * h).cumsum()
     hexes = np.frombuffer(raw, "<i4", 8 * h, 12 * n).reshape(h, 8).cumsum(axis=0)
     places = np.frombuffer(raw, "<f4", 3 * n).reshape(n, 3)
     size = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
     corners = mesh.vertices[mesh.hexes[numbers]]
-    np.testing.assert_allclose(places[hexes] * size, corners - [0.5, 0.5, 0.5], atol=1e-6)
+    np.testing.assert_allclose(places[hexes] * size, corners - np.divide(bricks, 2), atol=1e-5)
     quality = scaled_jacobian(mesh.vertices, mesh.hexes)
     assert quality.argmin() in numbers
     others = np.frombuffer(raw, "<i4", 6 * h, 12 * n + 32 * h).reshape(h, 6).cumsum(axis=0)
