@@ -64,6 +64,16 @@ def argv(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 @pytest.fixture
+def own_registry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A registry of plugins of our own, put back afterwards."""
+    from polycube import registry
+
+    registry.classes()
+    monkeypatch.setattr(registry, "_classes", dict(registry._classes))
+    monkeypatch.setattr(registry, "_broken", dict(registry._broken))
+
+
+@pytest.fixture
 def import_first(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], None]:
     """Puts a folder first on the module path of the processes that are started."""
 

@@ -14,14 +14,6 @@ from polycube.registry import build, names, register
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.fixture
-def own(monkeypatch) -> None:
-    """A registry of our own, put back afterwards."""
-    names("schedule")
-    monkeypatch.setattr(registry, "_classes", dict(registry._classes))
-    monkeypatch.setattr(registry, "_broken", dict(registry._broken))
-
-
 def test_names_are_sorted_and_built_in_plugins_are_there() -> None:
     found = names("schedule")
     assert found == sorted(found) and {"cosine", "linear"} <= set(found)
@@ -76,7 +68,7 @@ def test_an_unknown_kind_is_refused() -> None:
         register("scheduler", "x")
 
 
-def test_a_name_is_taken_once(own) -> None:
+def test_a_name_is_taken_once(own_registry) -> None:
     @register("schedule", "mine")
     @dataclass(frozen=True)
     class First:
@@ -90,7 +82,7 @@ def test_a_name_is_taken_once(own) -> None:
             pass
 
 
-def test_a_strangers_bug_is_named_only_where_it_matters(own) -> None:
+def test_a_strangers_bug_is_named_only_where_it_matters(own_registry) -> None:
     registry._broken["acme"] = ImportError("no module named anvil")
     assert build("schedule", {"plugin": "linear"})
     with pytest.raises(LookupError, match=r"package 'acme' did not import.*anvil"):

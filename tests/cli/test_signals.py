@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -16,7 +16,6 @@ from polycube.cli.infer import _command
 from polycube.cli.signals import terminable
 from polycube.errors import MeshingError
 from polycube.io.hex_meshes import read_hexes
-from polycube.pipeline.run import Run
 from polycube.search.chain import Deadline
 from polycube.stages import Clock
 from tests.conftest import first_quick
@@ -56,18 +55,29 @@ def test_an_interruption_that_compiled_code_swallowed_is_not_a_failed_stage() ->
         Deadline(interrupt=interrupted).check()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch, capsys) -> None:
+@pytest.fixture
+def at_end(monkeypatch) -> dict[str, Callable[[], object]]:
+    """What happens when stages end, by their names."""
+    calls: dict[str, Callable[[], object]] = {}
     original = Clock.run
 
-    def signalled(self: Clock, name: str, call):
+    def ended(self: Clock, name: str, call: Callable):
         value = original(self, name, call)
-        if name == "meshing/optimize":
-            os.kill(os.getpid(), sent)
+        calls.get(name, int)()
         return value
 
-    monkeypatch.setattr(Clock, "run", signalled)
+    monkeypatch.setattr(Clock, "run", ended)
+    return calls
+
+
+def interrupted() -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, at_end, capsys) -> None:
+    at_end["meshing/optimize"] = lambda: os.kill(os.getpid(), sent)
     assert _command(config(*ROD, f"output_dir={tmp_path}", "quiet=true")) == 130
     assert "interrupted; the best mesh so far is saved" in capsys.readouterr().err
     report = json.loads((tmp_path / "report.json").read_text())
@@ -79,21 +89,17 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, monkeypatch,
     assert "Meshing was interrupted" in page
     assert not [name for name in tree(tmp_path) if Path(name).name.startswith(".")]
 
-    monkeypatch.setattr(Clock, "run", original)
+    at_end.clear()
     more = run(f"resume={tmp_path}", "from=meshing/refine", "order=[meshing]", *FAST)
     assert more["hex"] == report["hex"] and "interrupted" not in more
 
 
 @pytest.mark.parametrize("last", first_quick(1, ["meshing/subdivide", "meshing/pillow"]))
-def test_when_the_time_is_over_the_mesh_so_far_is_written(last, tmp_path, monkeypatch) -> None:
-    original, ended = Clock.run, []
-
-    def timed(self: Clock, name: str, call):
-        value = original(self, name, call)
-        ended.extend([name] * (name == last))
-        return value
-
-    monkeypatch.setattr(Clock, "run", timed)
+def test_when_the_time_is_over_the_mesh_so_far_is_written(
+    last, tmp_path, at_end, monkeypatch
+) -> None:
+    ended: list[str] = []
+    at_end[last] = lambda: ended.append(last)
     monkeypatch.setattr(Deadline, "is_over", property(lambda self: bool(ended)))
     report = run(*ROD, f"output_dir={tmp_path}", "seconds=60", "order=[meshing]")
     assert ended == [last] and "meshing/optimize" not in report["seconds"]
@@ -113,22 +119,16 @@ def test_without_time_for_a_structure_there_is_no_result(tmp_path, capsys) -> No
     assert not (tmp_path / "out").exists()
 
 
-def test_before_there_is_a_mesh_nothing_is_called_valid(tmp_path, monkeypatch) -> None:
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("polycube.pipeline.run.search", interrupted)
+def test_before_there_is_a_mesh_nothing_is_called_valid(tmp_path, at_end) -> None:
+    at_end["meshing/subdivide"] = interrupted
     report = run(*ROD, f"output_dir={tmp_path}", "order=[meshing]")
     assert report["interrupted"] and not report["valid"]
     assert report["failure"] == "interrupted before there was a valid mesh"
 
 
 @pytest.mark.slow
-def test_an_interruption_after_meshing_keeps_the_mesh(tmp_path, monkeypatch) -> None:
-    def interrupted(self: Run, state):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Run, "solve", interrupted)
+def test_an_interruption_after_meshing_keeps_the_mesh(tmp_path, at_end) -> None:
+    at_end["spline"] = interrupted
     report = run(*ROD, f"output_dir={tmp_path}", "order=[meshing,spline]")
     assert report["interrupted"] and report["valid"] and report["hex"]["hexes"] > 0
     assert report["stopped"] == "the run was interrupted after meshing"

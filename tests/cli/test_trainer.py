@@ -1,6 +1,6 @@
 """The trainer of train.py is that of Lightning: its arguments, test runs, and sweepers."""
 
-import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import ClassVar
 
@@ -52,23 +52,27 @@ def test_pairs_that_chose_no_checkpoint_are_measured_at_the_end(tmp_path: Path) 
     assert 0 < found["test_error"] < 10 and found["test_error"] != found["error"]
 
 
-def test_a_logger_that_is_not_installed_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "wandb", None)
+@pytest.mark.skipif(find_spec("wandb") is not None, reason="wandb is installed")
+def test_a_logger_that_is_not_installed_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"WandbLogger cannot be made: .*wandb"):
         cli._trainer(config("logger=wandb"), tmp_path)
 
 
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A training whose error is its rate."""
+    monkeypatch.setattr(
+        cli, "train", lambda cfg, folder: {"error": cfg["learning"]["rate"], "lr": 1}
+    )
+
+
 @pytest.mark.slow
-def test_optuna_minimises_the_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_optuna_minimises_the_error(here: Path, quick: None) -> None:
     pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cli, "train", lambda cfg, folder: {"error": cfg["learning"]["rate"]})
     sweep = "+hydra.sweeper.params={learning.rate: 'choice(0.5, 0.25)'}"
     arguments = ("-m", "hydra/sweeper=optuna", "hydra.sweeper.n_trials=6", "seed=0", sweep)
     assert command(*arguments) == 0
-    found = OmegaConf.load(next(tmp_path.rglob("optimization_results.yaml")))
+    found = OmegaConf.load(next(here.rglob("optimization_results.yaml")))
     assert found.best_value == 0.25
 
 
@@ -91,11 +95,7 @@ class Returned(Callback):
 
 
 @pytest.mark.slow
-def test_sweepers_receive_the_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(
-        cli, "train", lambda cfg, folder: {"error": cfg["learning"]["rate"], "lr": 1}
-    )
+def test_sweepers_receive_the_error(here: Path, quick: None) -> None:
     seen = "+hydra.callbacks.seen._target_=tests.cli.test_trainer.Returned"
     assert command("-m", "learning.rate=0.25,0.5", seen) == 0
     assert Returned.values == [0.25, 0.5]

@@ -4,6 +4,8 @@ import errno
 import json
 import os
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -157,7 +159,8 @@ def test_a_folder_that_can_not_be_written_is_refused_and_nothing_is_made(tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def killed_at(monkeypatch, moment: int) -> None:
+@contextmanager
+def killed_at(moment: int) -> Iterator[None]:
     """Raise at the so-manieth change of the file system, and at all that follow."""
     left = [moment]
 
@@ -170,22 +173,20 @@ def killed_at(monkeypatch, moment: int) -> None:
 
         return call
 
-    monkeypatch.setattr(os, "replace", limited(os.replace))
-    monkeypatch.setattr(Path, "unlink", limited(Path.unlink))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "replace", limited(os.replace))
+        patch.setattr(Path, "unlink", limited(Path.unlink))
+        yield
 
 
 @pytest.mark.parametrize("moment", range(12))
 def test_a_run_that_is_killed_leaves_a_folder_that_the_next_accepts(tmp_path, moment):
     for text in ("first", "second run"):
-        with pytest.MonkeyPatch.context() as patch:
-            killed_at(patch, moment)
-            try:
-                remove(tmp_path, NAMES)
-                write(tmp_path, hexDOTvtu=text, stages_readDOTnpz=text)
-                write(tmp_path, reportDOTjson=text)
-                write(tmp_path, hexDOTvtu=text + " again")
-            except Killed:
-                pass
+        with suppress(Killed), killed_at(moment):
+            remove(tmp_path, NAMES)
+            write(tmp_path, hexDOTvtu=text, stages_readDOTnpz=text)
+            write(tmp_path, reportDOTjson=text)
+            write(tmp_path, hexDOTvtu=text + " again")
         check(tmp_path, NAMES)
     remove(tmp_path, NAMES)
     assert not any((tmp_path / name).exists() for name in NAMES)
@@ -215,20 +216,19 @@ def test_in_any_history_no_file_of_the_user_is_lost(tmp_path_factory, steps):
             path.unlink(missing_ok=True)
             mine.pop(name, None)
         else:
-            with pytest.MonkeyPatch.context() as patch:
-                killed_at(patch, moment if step == "killed" else 1000)
-                try:
+            try:
+                with killed_at(moment if step == "killed" else 1000):
                     if step == "remove":
                         remove(folder, NAMES)
                     else:
                         with writing(folder) as scratch:
                             (scratch / name).parent.mkdir(exist_ok=True)
                             (scratch / name).write_text(f"ours, {number}")
-                    assert step == "remove" or name not in mine
-                except InputError:
-                    assert name in mine
-                except Killed:
-                    assert step == "killed"
+                assert step == "remove" or name not in mine
+            except InputError:
+                assert name in mine
+            except Killed:
+                assert step == "killed"
         assert all((folder / n).read_text() == text for n, text in mine.items())
 
 

@@ -29,8 +29,8 @@ class Notch:
 
 
 @pytest.fixture
-def notch(monkeypatch):
-    monkeypatch.setattr(registry, "_classes", registry.classes() | {("primitive", "notch"): Notch})
+def notch(own_registry):
+    registry.register("primitive", "notch")(Notch)
 
 
 def test_options_of_a_primitive_are_used(notch):
@@ -71,7 +71,12 @@ def test_weights_keep_the_options_of_primitives(notch, tmp_path):
 
 
 @pytest.mark.parametrize("made", [np.ones((4, 4, 4), bool), np.ones((3, 3, 3)), [True]])
-def test_other_voxels_are_refused(made, monkeypatch):
-    monkeypatch.setattr(registry, "build", lambda kind, config: lambda: made)
+def test_other_voxels_are_refused(made, own_registry):
+    @registry.register("primitive", "mine")
+    @dataclass(frozen=True)
+    class Mine:
+        def __call__(self) -> object:
+            return made
+
     with pytest.raises(InputError, match=r"primitive mine must be 3 x 3 x 3 voxels"):
         voxels(["mine"])

@@ -11,7 +11,7 @@ import yaml
 
 import polycube
 from polycube.config import compose
-from polycube.registry import classes
+from polycube.registry import classes, register
 from polycube.report import citation
 from tests.conftest import ROOT
 
@@ -72,14 +72,14 @@ def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     assert "floater2003mean" in keys({"hex": {}}, "meshing=parametric")
 
 
-def test_a_plugin_of_another_package_brings_its_own_entry(monkeypatch) -> None:
+def test_a_plugin_of_another_package_brings_its_own_entry(own_registry) -> None:
     entry = "@article{mine,\n  title = {Mine}\n}"
 
+    @register("structure", "mine")
     @dataclass(frozen=True)
     class Mine:
         references: ClassVar[tuple[str, ...]] = (entry, "ho2020ddpm")
 
-    monkeypatch.setitem(classes(), ("structure", "mine"), Mine)
     assert keys(proposed("mine"))[2:] == ["mine", "ho2020ddpm"]
 
 

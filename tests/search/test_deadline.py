@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from polycube.numerics.lbfgs import descend
@@ -35,13 +35,19 @@ def test_time_is_up_in_the_middle_of_a_descent_on_any_thread() -> None:
     assert ended == [True, True]
 
 
+@pytest.fixture
+def now(monkeypatch) -> list[float]:
+    """The time in seconds, which tests may change."""
+    now = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    return now
+
+
 @pytest.mark.parametrize(
     ("seconds", "reserve"),
     [(1.0, 0.5), (4.0, 2.0), (10.0, LEAST_RESERVE), (100.0, RESERVE * 100), (600.0, 60.0)],
 )
-def test_time_is_kept_for_the_files_and_the_report(seconds, reserve, monkeypatch) -> None:
-    now = [1000.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+def test_time_is_kept_for_the_files_and_the_report(seconds, reserve, now) -> None:
     deadline = Deadline(seconds)
     now[0] += seconds - reserve - 1e-6
     assert not deadline.is_over
@@ -51,16 +57,15 @@ def test_time_is_kept_for_the_files_and_the_report(seconds, reserve, monkeypatch
         deadline.check()
 
 
-@settings(deadline=None)
-@given(st.floats(1e-3, 1e6))
-def test_at_least_half_of_the_time_is_for_the_mesh(seconds) -> None:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(time, "monotonic", lambda: 0.0)
-        deadline = Deadline(seconds)
-        patch.setattr(time, "monotonic", lambda: 0.499 * seconds)
-        assert not deadline.is_over
-        patch.setattr(time, "monotonic", lambda: seconds)
-        assert deadline.is_over
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seconds=st.floats(1e-3, 1e6))
+def test_at_least_half_of_the_time_is_for_the_mesh(now, seconds) -> None:
+    now[0] = 0.0
+    deadline = Deadline(seconds)
+    now[0] = 0.499 * seconds
+    assert not deadline.is_over
+    now[0] = seconds
+    assert deadline.is_over
 
 
 def test_without_a_limit_it_does_not_end() -> None:
