@@ -16,8 +16,6 @@ import numpy as np
 
 from polycube.io.file_units import IGES, gmsh_lengths, gmsh_unit
 from polycube.io.foreign.process import limit
-from polycube.io.removal.features import Solid
-from polycube.io.removal.removing import Removal
 from polycube.io.step.faces import Named, named_faces
 from polycube.io.step.text import STEP
 from polycube.io.tessellation.sewing import bound_sizes, bounded_segments, diagonal, sew
@@ -115,6 +113,9 @@ def _triangles(
     found = _faces(gmsh, solids[chosen], sides, request["groups"])
     number = {side: i for i, side in enumerate(sides, start=1)}
     if request["remove"]:
+        from polycube.io.removal.features import Solid  # with SciPy, which takes time to import
+        from polycube.io.removal.removing import Removal
+
         sys.stderr.write(f"{REMOVING}\n")
         path = Path(request["path"])
         named, solid = names(found, path, request["groups"]), Solid(gmsh, solids[chosen], size)

@@ -3,6 +3,9 @@
 import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
+from functools import cache
+from io import StringIO
 
 import pytest
 
@@ -15,9 +18,11 @@ CONF = HOME / "conf"
 COMMANDS = "infer", "train", "evaluate"
 
 
-def help_of(name: str, capsys: pytest.CaptureFixture, *words: str) -> str:
-    assert shown(name, ["--help", *words])
-    return capsys.readouterr().out
+@cache
+def help_of(name: str, *words: str) -> str:
+    with redirect_stdout(StringIO()) as out:
+        assert shown(name, ["--help", *words])
+    return out.getvalue()
 
 
 def listed(text: str) -> dict[str, dict[str, str]]:
@@ -37,8 +42,8 @@ def listed(text: str) -> dict[str, dict[str, str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys) -> None:
-    text = help_of(name, capsys)
+def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name) -> None:
+    text = help_of(name)
     assert max(map(len, text.split("== Settings")[0].splitlines())) <= 125
     groups = listed(text)
     plain = compose(name)
@@ -54,20 +59,20 @@ def test_what_is_listed_can_be_chosen_and_the_default_is_marked(name, capsys) ->
             assert name == "infer" or "???" not in str(config), f"{group}={option}"
 
 
-def test_internal_groups_and_options_are_not_listed(capsys) -> None:
-    found = listed(help_of("infer", capsys))
+def test_internal_groups_and_options_are_not_listed() -> None:
+    found = listed(help_of("infer"))
     assert not {"primitive", "sampler", "schedule", "model", "trainer"} & set(found)
     assert "improve" not in found["meshing"] and "_settings" not in found["meshing"]
     cells = found["names for primitives.use=[...] and context=[...]"]
     assert cells["cube"] == "A full cell" and len(cells) == 14
-    found = listed(help_of("train", capsys))
+    found = listed(help_of("train"))
     assert found["schedule"]["cosine"] == "Cosine schedule: changes slowly at both ends"
     assert "*linear" in found["schedule"] and "structure" not in found
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_settings_stand_with_their_comments(name, capsys) -> None:
-    settings = help_of(name, capsys).split("== Settings: name=value ==\n")[1]
+def test_settings_stand_with_their_comments(name) -> None:
+    settings = help_of(name).split("== Settings: name=value ==\n")[1]
     lines = (CONF / f"{name}.yaml").read_text().splitlines()
     keys = [line for line in lines if re.match(r"\w+:", line)]
     own = [line for line in keys if line.split(":")[0] not in ("defaults", "hydra")]
@@ -75,8 +80,8 @@ def test_settings_stand_with_their_comments(name, capsys) -> None:
     assert "defaults" not in settings and "hydra:" not in settings
 
 
-def test_a_choice_has_a_help_of_its_own(capsys) -> None:
-    text = help_of("infer", capsys, "spline=optimal", "spline.refine.levels=1")
+def test_a_choice_has_a_help_of_its_own() -> None:
+    text = help_of("infer", "spline=optimal", "spline.refine.levels=1")
     assert text.startswith("== spline: The solid of h2s in a larger space")
     assert "spline.angle=45.0\n    angle in degrees; " in text
     assert "spline.refine.levels=1\n    number of times that every" in text
@@ -84,12 +89,12 @@ def test_a_choice_has_a_help_of_its_own(capsys) -> None:
 
 
 @pytest.mark.slow
-def test_a_bundle_and_a_list_have_a_help_of_their_own(capsys) -> None:
-    text = help_of("infer", capsys, "meshing=parametric", "meshing.size=3%")
+def test_a_bundle_and_a_list_have_a_help_of_their_own() -> None:
+    text = help_of("infer", "meshing=parametric", "meshing.size=3%")
     assert "meshing.size=3%\n    wanted edge length" in text
     assert "meshing.subdivide.size=3%" in text and "meshing.map.level=3" in text
     assert "improve." not in text
-    text = help_of("infer", capsys, "export=[abaqus,gmsh]")
+    text = help_of("infer", "export=[abaqus,gmsh]")
     assert "export.abaqus.element=C3D8I\n" in text and "export.gmsh.version=4.1\n" in text
 
 

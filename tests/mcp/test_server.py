@@ -236,7 +236,7 @@ def test_a_cancelled_call_ends_the_run_with_the_best_mesh(tmp_path, import_first
             if "meshing/pillow" in str(message):
                 scope.cancel()
 
-        arguments = {"part": "example:rod", "meshing": {"size": "3%"}}
+        arguments = {"part": "example:rod", "meshing": {"size": "5%"}}
         async with Client(Server(tmp_path)) as client:
             with scope:
                 settings = {"structure": "slices"}
@@ -247,6 +247,7 @@ def test_a_cancelled_call_ends_the_run_with_the_best_mesh(tmp_path, import_first
             runs: list[dict[str, Any]] = []
             with fail_after(100):
                 while not runs:
+                    await asyncio.sleep(0.5)
                     runs = (await client.call_tool("files")).structured_content["runs"]
             [run] = runs
             found = (await client.call_tool("results", {"run": run["name"]})).structured_content

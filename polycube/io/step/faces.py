@@ -9,10 +9,9 @@ import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from polycube.io.step.text import SOLIDS, Exchange, exchange
 
@@ -167,6 +166,8 @@ def _identified(
     corners: Sequence[np.ndarray],
 ) -> list[str]:
     """The entity of each face of Open CASCADE; empty if it is not known."""
+    from scipy.spatial import cKDTree  # which takes longer to import than most files to read
+
     plain = [kind if kind in KINDS.values() else None for kind in kinds]
     points = np.reshape(np.concatenate(corners), (-1, 3))
     tree, near = cKDTree(points), SAME * _span(points)
@@ -216,8 +217,8 @@ def _vertices(file: Exchange, face: str) -> np.ndarray:
     return np.array([point for point in found if len(point) == 3], np.float64).reshape(-1, 3)
 
 
-def _places(tree: cKDTree, points: np.ndarray, near: float) -> frozenset[int]:
-    """The first points of the tree at some places; -1 for a place where there is none."""
+def _places(tree: Any, points: np.ndarray, near: float) -> frozenset[int]:
+    """The first points of the k-d tree at some places; -1 for a place where there is none."""
     points = np.reshape(points, (-1, 3))
     found = tree.query_ball_point(points[np.isfinite(points).all(axis=1)], near)
     return frozenset(min(own, default=-1) for own in found)

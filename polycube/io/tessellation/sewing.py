@@ -4,7 +4,6 @@ from collections import Counter
 from types import ModuleType
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 TOLERANCES = (1e-5, 3e-5, 1e-4)  # of the diagonal: gaps that are closed
 ROUNDING = 1e-6  # of the diagonal: smaller gaps are not reported
@@ -119,6 +118,8 @@ def _largest_gap(gmsh: ModuleType) -> tuple[float, np.ndarray]:
         low, high = (float(end[0]) for end in gmsh.model.getParametrizationBounds(1, edge))
         places = gmsh.model.getValue(1, edge, low + (high - low) * ACROSS)
         points.append(np.reshape(places, (-1, 3)))
+    from scipy.spatial import cKDTree  # which takes longer to import than most files to read
+
     places, owner = np.concatenate(points), np.repeat(np.arange(len(edges)), len(ACROSS))
     near = cKDTree(places).query(places, min(NEAR * len(ACROSS), len(places)))[1]
     gaps = np.full(len(places), np.inf)
