@@ -40,9 +40,7 @@ def main() -> None:
         "volume": np.array([gmsh.model.occ.getMass(3, tag) for tag in solids]),
         "box": np.array([gmsh.model.getBoundingBox(3, tag) for tag in solids]).reshape(-1, 6),
     }
-    number = request["solid"]
-    if number is None and len(solids) == 1:
-        number = 1
+    number = 1 if request["solid"] is None and len(solids) == 1 else request["solid"]
     if number is not None and 1 <= number <= len(solids):
         found |= _triangles(gmsh, solids, number - 1, request)
         sides = np.sort(found["faces"][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)

@@ -116,8 +116,7 @@ def _largest_gap(gmsh: ModuleType) -> tuple[float, np.ndarray]:
     points = []
     for edge in edges:
         low, high = (float(end[0]) for end in gmsh.model.getParametrizationBounds(1, edge))
-        places = gmsh.model.getValue(1, edge, low + (high - low) * ACROSS)
-        points.append(np.reshape(places, (-1, 3)))
+        points.append(gmsh.model.getValue(1, edge, low + (high - low) * ACROSS).reshape(-1, 3))
     from scipy.spatial import cKDTree  # which takes longer to import than most files to read
 
     places, owner = np.concatenate(points), np.repeat(np.arange(len(edges)), len(ACROSS))
