@@ -24,7 +24,9 @@ TILE = (460, 230)  # size of a part and its polycube in pixels
 GAP = 0.15  # gap between them, in units of the learning frame
 
 
-def sheet(path: Path, seed: int = 0, first: int = 0, rows: int = ROWS, draw: Draw = draw) -> None:
+def sheet(
+    path: Path, seed: int = 0, first: int = 0, rows: int = ROWS, *, draw: Draw = draw
+) -> None:
     """Write a PNG of rows of COLUMNS pairs, starting with number `first`."""
     pairs = LatticePairs(seed, n_points=0)
     scenes = {str(n): side_by_side(pairs.part(first + n)) for n in range(COLUMNS * rows)}

@@ -46,5 +46,5 @@ def test_the_sheet_has_a_tile_for_each(tmp_path: Path) -> None:
         red.sum()
     )
     assert red.sum() > 40_000
-    with pytest.raises(RuntimeError, match="of other.png was not drawn"):
+    with pytest.raises(RuntimeError, match=r"of other\.png was not drawn"):
         sheet.sheet(tmp_path / "other.png", rows=1, draw=lambda found: {})
