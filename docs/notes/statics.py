@@ -94,13 +94,26 @@ def priced(run: Callable[[], Row]) -> Row:
     return {**row, "seconds": spent() - began + row.get("seconds", 0.0)}
 
 
+def mesh(part: Path, run: Path, *settings: str) -> float:
+    """Mesh a part with further settings; the CPU seconds."""
+
+    def meshed() -> Row:
+        infer(f"mesh={part}", f"output_dir={run}", "order=[meshing]", *settings)
+        return {}
+
+    return float(priced(meshed)["seconds"])
+
+
 def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable[[], Row]]:
     """What is solved for a part, by name; all spaces are on the hexes of the first run."""
     first = folder / "auto"
 
-    def automatic() -> Row:
-        infer(f"mesh={case.part}", f"output_dir={first}", *case.settings)
-        return solved(first)
+    def automatic(run: Path, *settings: str) -> Row:
+        meshed = mesh(case.part, run, *settings)
+        made = run.with_name(f"{run.name}-static")
+        steps = "order=[meshing,spline,analysis]"
+        infer(f"resume={run}", "from=spline", f"output_dir={made}", steps, *case.settings)
+        return {**solved(made), "meshed": meshed}
 
     def spline(run: Path, space: str, element: str) -> Row:
         made = run.with_name(f"{run.name}-{space}")
@@ -113,26 +126,21 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
             f"export.abaqus.element={element}",
             *case.settings,
         )
-        return {**solved(made), "seconds": meshed()}
+        return {**solved(made), "seconds": rows["auto"]["meshed"]}
 
     def reference() -> Row:
         each = rows["optimal"]["unknowns"] / hexes(first)
         for share in SHARES:
             fine = folder / f"fine-{share:g}"
             size = f"meshing.size={share * length(first):g}"
-            infer(f"mesh={case.part}", f"output_dir={fine}", size, "order=[meshing]")
+            mesh(case.part, fine, size)
             if each * hexes(fine) < LARGEST:
                 break
         return spline(fine, "optimal", "C3D8I")
 
-    def meshed() -> float:
-        seconds = json.loads((first / "report.json").read_text())["seconds"]
-        kept = ("spline", "analysis", "report")
-        return sum(own for name, own in seconds.items() if name not in kept)
-
     def deck(name: str) -> Row:
         found = calculix(folder / name / "hex.inp", rows[REFERENCE]["at"], case.radius)
-        return {**found, "seconds": meshed()}
+        return {**found, "seconds": rows["auto"]["meshed"]}
 
     def free(size: float, round_ones: int) -> Row:
         at = folder / f"tetrahedra-{size:g}.inp"
@@ -140,7 +148,8 @@ def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable
         return calculix(at, rows[REFERENCE]["at"], case.radius)
 
     found = {
-        "auto": automatic,
+        "auto": lambda: automatic(first),
+        "first": lambda: automatic(folder / "first", "effort=first"),
         "h2s": lambda: spline(first, "h2s", "C3D20R"),
         "optimal": lambda: spline(first, "optimal", "C3D8I"),
         REFERENCE: reference,
@@ -203,13 +212,18 @@ def calculix(deck: Path, place: list[float], radius: float) -> Row:
 
 def largest_stress(file: Path, place: list[float], radius: float) -> float:
     """Largest von Mises stress at the nodes within a radius of a place, of a file of CalculiX."""
+    points, stress = stresses(file)
+    return float(stress[np.linalg.norm(points - place, axis=1) < radius].max())
+
+
+def stresses(file: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) and von Mises stresses (N,) at the nodes of a file of CalculiX."""
     text = file.read_text()
-    points, stresses = rows_after(text, "    2C", 3), rows_after(text, " -4  STRESS", 6)
-    near = np.linalg.norm(points[:, 1:] - place, axis=1) < radius
-    own = stresses[np.isin(stresses[:, 0], points[near, 0]), 1:]
-    normal, shear = own[:, :3], own[:, 3:]
+    points, found = rows_after(text, "    2C", 3), rows_after(text, " -4  STRESS", 6)
+    order = np.searchsorted(points[:, 0], found[:, 0])
+    normal, shear = found[:, 1:4], found[:, 4:]
     apart = ((normal - np.roll(normal, 1, axis=1)) ** 2).sum(axis=1) / 2
-    return float(np.sqrt(apart + 3 * (shear**2).sum(axis=1)).max())
+    return points[order, 1:], np.sqrt(apart + 3 * (shear**2).sum(axis=1))
 
 
 def rows_after(text: str, header: str, count: int) -> np.ndarray:
@@ -219,8 +233,17 @@ def rows_after(text: str, header: str, count: int) -> np.ndarray:
     return np.array([[float(row[i:j]) for i, j in ends] for row in rows if row[:3] == " -1"])
 
 
-def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> None:
-    """Write a deck of second-order tetrahedra of Gmsh, of a size in diagonals and round curves."""
+def tetrahedra(
+    case: Case,
+    deck: Path,
+    size: float,
+    round_ones: int,
+    refined: tuple[list[float], float] | None = None,
+) -> None:
+    """Write a deck of second-order tetrahedra of Gmsh, of a size in diagonals and round curves.
+
+    refined : a place, and the size there, in diagonals
+    """
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -230,6 +253,8 @@ def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> None:
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", round_ones)
         gmsh.option.setNumber("Mesh.MeshSizeMax", length)
         gmsh.option.setNumber("Mesh.MeshSizeMin", length / 20)
+        if refined is not None:
+            refine_at(refined[0], refined[1] * length / size, 2 * case.radius)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.optimize("HighOrder")
@@ -273,6 +298,16 @@ def tetrahedra(case: Case, deck: Path, size: float, round_ones: int) -> None:
     deck.write_text("\n".join([*lines, "*EL FILE", "S", "*END STEP"]) + "\n")
 
 
+def refine_at(place: list[float], size: float, radius: float) -> None:
+    """Have Gmsh make smaller elements within a radius of a place, growing outside."""
+    ball = gmsh.model.mesh.field.add("Ball")
+    numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), place, strict=True))
+    numbers |= {"Radius": radius, "Thickness": 2 * radius, "VIn": size, "VOut": 1e22}
+    for name, value in numbers.items():
+        gmsh.model.mesh.field.setNumber(ball, name, value)
+    gmsh.model.mesh.field.setAsBackgroundMesh(ball)
+
+
 def errors(row: Row, reference: Row) -> list[float]:
     """Errors of work, largest displacement and largest stress, in per cent of the reference's."""
     return [100 * (row[name] / reference[name] - 1) for name in NUMBERS]
@@ -296,7 +331,15 @@ def table(found: dict[str, dict[str, Row]]) -> list[str]:
 
 def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
     """Error of the work against unknowns, and against CPU seconds below."""
-    kinds = {"auto": "D", "h2s": "o", "optimal": "s", "C3D8I": "^", "C3D20R": "v", "C3D10": "x"}
+    kinds = {
+        "auto": "D",
+        "first": "*",
+        "h2s": "o",
+        "optimal": "s",
+        "C3D8I": "^",
+        "C3D20R": "v",
+        "C3D10": "x",
+    }
     size = (2.3 * len(found), 6)
     figure, axes = plt.subplots(
         2, len(found), figsize=size, sharey=True, layout="constrained", squeeze=False

@@ -1,0 +1,190 @@
+"""Free frequencies from a STEP file to the answer: this program, its hexes in CalculiX, tetrahedra.
+
+    python docs/notes/modes.py OUTPUT PART [PART ...]
+
+The first ten elastic frequencies of the free part are compared.  `auto` is a run with default
+settings; `first` is the same with effort=first, whose analysis is not repeated on the same hexes;
+C3D20R are the hexes of `auto` in CalculiX, with nodes on the spline; C3D10 are the tetrahedra of
+`docs.notes.statics`, of those of its five sizes that have less than LARGEST unknowns.  Seconds are
+CPU seconds of all processes from the STEP file on, so those of C3D20R include the hex mesh.
+
+The reference of a frequency is extrapolated from the two finest meshes of tetrahedra.  Their error
+is taken to fall with an order between two (edges turned inwards) and four (smooth parts); the
+reference is the middle of both results, and half their distance is its uncertainty.
+
+OUTPUT/PART.json holds a row per model, so that a study goes on where it ended; OUTPUT/table.md and
+OUTPUT/plot.png show all of them.  CalculiX must be installed as ccx.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from docs.notes.frequencies import MODES, RIGID, STEP, calculix, infer, nodes
+from docs.notes.statics import TETRAHEDRA, Case, Row, mesh, priced, tetrahedra
+from polycube.io.hex_meshes import read_hexes
+
+MODAL = [
+    "analysis=modal",
+    f"analysis.modes={RIGID + MODES}",
+    "analysis.units=mm",
+    "export=[abaqus]",
+    "export.abaqus.element=C3D20R",
+]
+LARGEST = 110_000  # unknowns of tetrahedra, whose modes take more than a minute otherwise
+ORDERS = (2, 4)  # between which the error of tetrahedra falls with their size
+KINDS = {"auto": "D", "first": "o", "C3D20R": "v", "C3D10": "x"}
+
+
+def models(case: Case, folder: Path, rows: dict[str, Row]) -> dict[str, Callable[[], Row]]:
+    """What is solved for a part, by name."""
+
+    def spline(name: str, *settings: str) -> Row:
+        run, modal = folder / name, folder / f"{name}-modal"
+        meshed = mesh(case.part, run, *settings)
+        if name != "auto" and same_hexes(folder / "auto", run):
+            row = rows["auto"]
+            return {**row, "meshed": meshed, "seconds": row["seconds"] - row["meshed"]}
+        steps = "order=[meshing,spline,analysis]"
+        infer(f"resume={run}", "from=spline", f"output_dir={modal}", steps, *MODAL)
+        report = json.loads((modal / "report.json").read_text())
+        return {
+            "hexes": report["hex"]["hexes"],
+            "unknowns": 3 * report["spline"]["functions"],
+            "frequencies": report["modes"]["frequency_hz"][RIGID:],
+            "estimates": report["modes"]["frequency_error"],
+            "meshed": meshed,
+        }
+
+    def deck() -> Row:
+        return {**modes(folder / "auto-modal" / "hex.inp"), "seconds": rows["auto"]["meshed"]}
+
+    def free(size: float, round_ones: int) -> Row:
+        at = folder / f"tetrahedra-{size:g}.inp"
+        tetrahedra(case, at, size, round_ones)
+        at.write_text(at.read_text().partition("*MATERIAL")[0] + STEP)
+        return modes(at) if 3 * nodes(at) < LARGEST else {}
+
+    found = {
+        "auto": lambda: spline("auto"),
+        "first": lambda: spline("first", "effort=first"),
+        "C3D20R": deck,
+    }
+    for size, round_ones in TETRAHEDRA.items():
+        found[f"C3D10, {100 * size:g} %"] = partial(free, size, round_ones)
+    return found
+
+
+def same_hexes(first: Path, second: Path) -> bool:
+    """Whether two runs have the same hex mesh."""
+    one, other = (read_hexes(run / "hex.vtu")[0] for run in (first, second))
+    return np.array_equal(one.hexes, other.hexes) and np.allclose(one.vertices, other.vertices)
+
+
+def modes(deck: Path) -> Row:
+    """Unknowns and frequencies that CalculiX finds for a deck of a free part."""
+    row = calculix(deck)
+    return {name: row[name] for name in ("unknowns", "frequencies")}
+
+
+def reference(rows: dict[str, Row]) -> np.ndarray:
+    """Frequencies (2, MODES), one row per order, that tetrahedra converge to."""
+    coarse, fine = [row for name, row in rows.items() if name[:5] == "C3D10" and row][-2:]
+    ratio = np.cbrt(fine["unknowns"] / coarse["unknowns"])
+    first, last = (np.array(row["frequencies"][:MODES]) for row in (coarse, fine))
+    return np.stack([last - (first - last) / (ratio**order - 1) for order in ORDERS])
+
+
+def errors(row: Row, exact: np.ndarray) -> np.ndarray:
+    """Errors of the frequencies in per cent of the middle of a reference (2, MODES)."""
+    return 100 * (np.array(row["frequencies"][:MODES]) / exact.mean(axis=0) - 1)
+
+
+def table(found: dict[str, dict[str, Row]]) -> list[str]:
+    """Lines of a table in Markdown."""
+    heads = "part | model | unknowns | mean error, % | largest | mean estimate | within | CPU s"
+    lines = [f"| {heads} |", "|---" * 8 + "|"]
+    for part, rows in found.items():
+        exact = reference(rows)
+        unsure = 50 * np.abs(np.ptp(exact, axis=0)) / exact.mean(axis=0)
+        for name, row in rows.items():
+            if not row:
+                continue
+            off, estimate = errors(row, exact), ""
+            within = ""
+            if "estimates" in row:
+                own = 100 * np.array(row["estimates"][:MODES])
+                estimate = f"{own.mean():.2f}"
+                within = f"{np.sum(np.abs(off) <= own + unsure)}"
+            lines.append(
+                f"| {part} | {name} | {row['unknowns']:,} | {np.abs(off).mean():.2f} "
+                f"| {off[np.abs(off).argmax()]:+.2f} | {estimate} | {within} "
+                f"| {row['seconds']:.0f} |"
+            )
+        first, last = exact.mean(axis=0)[[0, -1]]
+        lines.append(
+            f"| {part} | reference | {first:,.0f} to {last:,.0f} Hz | ± {unsure.mean():.2f} "
+            f"| ± {unsure.max():.2f} | | | |"
+        )
+    return lines
+
+
+def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
+    """Mean error against unknowns, and against CPU seconds below; a grey band is uncertain."""
+    figure, axes = plt.subplots(
+        2,
+        len(found),
+        figsize=(2.3 * len(found), 6),
+        sharey=True,
+        layout="constrained",
+        squeeze=False,
+    )
+    for column, (part, rows) in enumerate(found.items()):
+        exact = reference(rows)
+        unsure = float((50 * np.abs(np.ptp(exact, axis=0)) / exact.mean(axis=0)).mean())
+        for colour, (kind, marker) in enumerate(KINDS.items()):
+            chosen = [row for name, row in rows.items() if name.partition(",")[0] == kind and row]
+            off = [np.abs(errors(row, exact)).mean() for row in chosen]
+            for axis, unit in zip(axes[:, column], ("unknowns", "seconds"), strict=True):
+                x = [row[unit] for row in chosen]
+                axis.loglog(x, off, f"{marker}-", color=f"C{colour}", label=kind)
+                axis.set_xlabel("CPU seconds" if unit == "seconds" else unit)
+                axis.xaxis.set_minor_formatter("")
+        for axis in axes[:, column]:
+            axis.axhspan(0, unsure, color="0.85")
+            axis.grid(alpha=0.3)
+        axes[0, column].set_title(part, fontsize=10)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("mean error of ten frequencies, %")
+    axes[0, 0].legend(fontsize=8)
+    return figure
+
+
+def main() -> None:
+    """Run what is not there yet, then write table and plot."""
+    output = Path(sys.argv[1])
+    output.mkdir(parents=True, exist_ok=True)
+    found = {}
+    for part in map(Path, sys.argv[2:]):
+        kept, case = output / f"{part.stem}.json", Case(part)
+        (output / part.stem).mkdir(exist_ok=True)
+        rows: dict[str, Row] = json.loads(kept.read_text()) if kept.exists() else {}
+        for name, run in models(case, output / part.stem, rows).items():
+            if name not in rows:
+                row = priced(run)
+                rows[name] = row if "unknowns" in row else {}
+                kept.write_text(json.dumps(rows, indent=1))
+        found[part.stem] = rows
+        (output / "table.md").write_text("\n".join(table(found)) + "\n")
+    plot(found).savefig(output / "plot.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()
