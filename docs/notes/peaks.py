@@ -24,7 +24,17 @@ import numpy as np
 
 from docs.notes.frequencies import infer
 from docs.notes.modes import same_hexes
-from docs.notes.statics import TETRAHEDRA, Case, Row, calculix, priced, solved, stresses, tetrahedra
+from docs.notes.statics import (
+    TETRAHEDRA,
+    Case,
+    Row,
+    calculix,
+    priced,
+    refine_at,
+    solved,
+    stresses,
+    tetrahedra,
+)
 
 COARSE = 0.12
 REFERENCES = {  # errors of work and displacement of the coarsest tetrahedra, per cent
@@ -75,7 +85,7 @@ def at_place(
     deck = folder / "refined.inp"
 
     def solve() -> Row:
-        tetrahedra(case, deck, size, TETRAHEDRA[size], (place, smaller))
+        tetrahedra(case, deck, size, TETRAHEDRA[size], partial(refine_at, place, smaller))
         return calculix(deck, place, case.radius)
 
     row = priced(solve)

@@ -238,11 +238,11 @@ def tetrahedra(
     deck: Path,
     size: float,
     round_ones: int,
-    refined: tuple[list[float], float] | None = None,
+    refine: Callable[[float], None] | None = None,
 ) -> None:
     """Write a deck of second-order tetrahedra of Gmsh, of a size in diagonals and round curves.
 
-    refined : a place, and the size there, in diagonals
+    refine : sets further sizes in Gmsh before it meshes; gets the diagonal
     """
     gmsh.initialize()
     try:
@@ -253,8 +253,8 @@ def tetrahedra(
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", round_ones)
         gmsh.option.setNumber("Mesh.MeshSizeMax", length)
         gmsh.option.setNumber("Mesh.MeshSizeMin", length / 20)
-        if refined is not None:
-            refine_at(refined[0], refined[1] * length / size, 2 * case.radius)
+        if refine is not None:
+            refine(length / size)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.optimize("HighOrder")
@@ -298,11 +298,12 @@ def tetrahedra(
     deck.write_text("\n".join([*lines, "*EL FILE", "S", "*END STEP"]) + "\n")
 
 
-def refine_at(place: list[float], size: float, radius: float) -> None:
-    """Have Gmsh make smaller elements within a radius of a place, growing outside."""
+def refine_at(place: list[float], size: float, diagonal: float) -> None:
+    """Have Gmsh make elements of a size in diagonals round a place, growing outside."""
+    radius = 2 * NEAR * diagonal
     ball = gmsh.model.mesh.field.add("Ball")
     numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), place, strict=True))
-    numbers |= {"Radius": radius, "Thickness": 2 * radius, "VIn": size, "VOut": 1e22}
+    numbers |= {"Radius": radius, "Thickness": 2 * radius, "VIn": size * diagonal, "VOut": 1e22}
     for name, value in numbers.items():
         gmsh.model.mesh.field.setNumber(ball, name, value)
     gmsh.model.mesh.field.setAsBackgroundMesh(ball)
