@@ -23,8 +23,10 @@ DAMPED = 0.6  # factor of a damping
 INFLUENCE = 0.02  # smallest coefficient, on an element to raise, of a control point that moves
 ABOVE = 1.1  # factor on the floor for samples, because det J is lower between them
 ITERATIONS = 60
+DESCENTS = 2  # largest number; the second one watches elements that fell in the first one
+WATCHED = 3.0  # factor on the wanted value; higher elements are only checked after a descent
 TANGENTIAL = 0.05  # weight of a gap along the surface, relative to one across it
-ELEMENTS = 256  # smallest number of elements for a thread
+ELEMENTS = 64  # smallest number of elements for a thread
 GAPS = 2000  # smallest number of gaps for a thread
 STIFF = 0.02  # stiffness of the membrane of the step, relative to the mean diagonals
 
@@ -96,21 +98,26 @@ def raised(
     moves = np.flatnonzero((share[scaled < wanted] > INFLUENCE).sum(axis=0))
     near = np.flatnonzero((share[:, moves] > INFLUENCE).sum(axis=1))
     chosen = np.flatnonzero(matches.rows[:, moves].getnnz(axis=1))
-    terms = [
-        _shortfall(spline, moves, near[part], wanted, floor) for part in parts(len(near), ELEMENTS)
-    ]
-    terms += [_gaps(spline.control, moves, matches, chosen[p]) for p in parts(len(chosen), GAPS)]
+    gaps = [_gaps(spline.control, moves, matches, chosen[p]) for p in parts(len(chosen), GAPS)]
     membrane = graph[moves][:, moves]
     stiff = STIFF * matches.weight.mean() / membrane.diagonal().mean()
-    start = spline.control[moves]
+    start, control = spline.control[moves], spline.control.copy()
 
-    def function(y: np.ndarray) -> tuple[float, np.ndarray]:
+    def function(y: np.ndarray, terms: list[Term]) -> tuple[float, np.ndarray]:
         values, slopes = zip(*side_by_side([partial(term, y) for term in terms]), strict=True)
         pull = stiff * (membrane @ (y - start))
         return sum(values) + float(np.vdot(pull, y - start)), sum(slopes) + 2 * pull
 
-    control = spline.control.copy()
-    control[moves] = descend(function, start, ITERATIONS)
+    watched = near[scaled[near] < WATCHED * wanted]
+    for _ in range(DESCENTS):
+        slices = parts(len(watched), ELEMENTS)
+        short = [_shortfall(spline, moves, watched[part], wanted, floor) for part in slices]
+        control[moves] = descend(partial(function, terms=short + gaps), control[moves], ITERATIONS)
+        low = scaled_detj(replace(spline, control=control), near) < wanted
+        missed = np.setdiff1d(near[low], watched)
+        if not len(missed):
+            break
+        watched = np.union1d(watched, missed)
     return control
 
 
