@@ -40,7 +40,9 @@ class Jacobian:
     # smallest det J divided by the volume of its element; 1 for a parallelepiped
     min_scaled_detj: float
     element: int  # element with min_detj
-    position: tuple[float, float, float]  # its parameters
+    position: tuple[float, float, float]  # its place
+    scaled_element: int  # element with min_scaled_detj
+    scaled_position: tuple[float, float, float]  # its place
 
 
 def bezier_points(spline: Spline) -> np.ndarray:
@@ -63,20 +65,24 @@ def min_detj(spline: Spline) -> Jacobian:
     """
     points, nodes = spline.extraction @ spline.control, spline.nodes
     least, volumes = least_detj(points, nodes, LINE, WEIGHTS)
-    element = int(least.argmin())
-    [values] = detj(points, nodes[[element]], LINE)
+    scaled = _scaled(least, volumes)
+    element, lowest = int(least.argmin()), int(scaled.argmin())
+    values, others = detj(points, nodes[[element, lowest]], LINE)
     best = float(values.min()), element, GRID[values.argmin()]
     tolerance = 1e-6 * np.abs(volumes).mean()
     best, bound = _descend(*_open(points, nodes, best[0] - tolerance), best, tolerance)
     value, element, place = best
     position = tensor(*bernstein(place)[:, None]) @ points[nodes[element]]
+    there = tensor(*bernstein(GRID[others.argmin()])[:, None]) @ points[nodes[lowest]]
     return Jacobian(
         volume=float(volumes.sum()),
         min_detj=value,
         lower_bound=min(bound, value),  # up to rounding errors
-        min_scaled_detj=float(_scaled(least, volumes).min()),
+        min_scaled_detj=float(scaled[lowest]),
         element=element,
         position=tuple(position[0].tolist()),
+        scaled_element=lowest,
+        scaled_position=tuple(there[0].tolist()),
     )
 
 

@@ -20,4 +20,4 @@ class Fit(Options):
     group = "fit."
     iterations: Annotated[int, limits(0)] = 6
     floor: Annotated[float, limits(0, 1, is_open=True)] = 0.1
-    rounds: Annotated[int, limits(0)] = 3
+    rounds: Annotated[int, limits(0)] = 5

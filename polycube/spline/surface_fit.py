@@ -9,6 +9,7 @@
 """
 
 from dataclasses import replace
+from operator import itemgetter
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
@@ -18,7 +19,7 @@ from polycube.spline.bezier import min_detj, scaled_detj
 from polycube.spline.fit import Fit
 from polycube.spline.matching import Matcher
 from polycube.spline.positive import damped, raised, restored, shares
-from polycube.spline.spaces.sharpness import HALVED_DETJ
+from polycube.spline.spaces.sharpness import HALVED_DETJ, KEPT, POOR
 from polycube.surface.fit_target import target
 from polycube.types import Spline, TriMesh
 
@@ -74,7 +75,7 @@ def _positive(
         rows, goal, _, weight = matcher(state[0].control)
         gaps = np.linalg.norm(rows @ state[0].control - goal, axis=1)[weight > 0]
         cost = np.percentile(gaps, 99) + HALVED_DETJ * max(np.log2(options.floor / least), 0)
-        return 1 + min(least, reachable), -cost
+        return 1 + min(least, reachable), -cost - POOR * (least < KEPT * options.floor)
 
     best = at(damped(spline, moved, LOOSE * np.minimum(old, options.floor), share))
     best_value, part = value(best), 1.0
@@ -84,10 +85,12 @@ def _positive(
         if low >= wanted:
             break
         matches = matcher(best[0].control)
-        higher = at(raised(*best, wanted, options.floor, share, matches, graph))
-        reached = value(higher)
+        higher = raised(*best, wanted, options.floor, share, matches, graph)
+        kept = np.minimum(best[1], KEPT * options.floor)
+        tries = at(higher), at(damped(best[0], higher, kept, share))
+        reached, tried = max(((value(each), each) for each in tries), key=itemgetter(0))
         if reached > best_value:
-            best, best_value = higher, reached
+            best, best_value = tried, reached
         elif low <= 0 or part == FIRST:
             break
         else:

@@ -25,6 +25,7 @@ WAYS = ("spline_to_surface", "surface_to_spline")
 # largest distance between spline and surface without a warning: of the diagonal, for 99 % of the
 # points in both directions
 SPLINE_LIMIT = 0.015
+DETJ_LIMIT = 0.05  # smallest det J without a warning, relative to its mean in the element
 _ENDS = ("_max", "_mean", "_p95", "_p99")  # suffixes of the names of distances
 # ranges of the histograms; the last bar includes larger values, so that runs can be compared
 RANGES = dict.fromkeys(("scaled_jacobian", "skew", "shape"), (0.0, 1.0))
@@ -105,6 +106,14 @@ def spline_warnings(numbers: object) -> list[str]:
     found = []
     if not numbers["is_positive"]:
         found.append("the spline may fold over itself: its det J is not positive everywhere")
+    elif numbers["min_scaled_detj"] < DETJ_LIMIT:
+        place = ", ".join(f"{x:.5g}" for x in numbers["min_scaled_detj_at"])
+        found.append(
+            f"det J of the spline is {numbers['min_scaled_detj']:.3f} of its mean in the element "
+            f"at ({place}), less than {DETJ_LIMIT:g}, and the fit could not raise it: the hex has "
+            f"a scaled Jacobian of {numbers['min_scaled_detj_hex']:.2f}, and "
+            f"{numbers['min_scaled_detj_edges']} extraordinary edges meet there"
+        )
     distance = max(numbers[f"{way}_p99"] for way in WAYS)
     if distance >= SPLINE_LIMIT:
         found.append(

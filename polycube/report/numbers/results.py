@@ -13,10 +13,12 @@ from datetime import datetime
 import numpy as np
 
 from polycube import __version__
+from polycube.hexmesh.connectivity import extraordinary_edges
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
 from polycube.hexmesh.named_sets import cad_sets, kind_of
+from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.report.numbers import problem, quality, solutions
 from polycube.spline.bezier import min_detj
@@ -56,8 +58,8 @@ def summarize(
             **quality.full(state.hexes, state.surface, context, goal),
             "counts": hex_counts(state.hexes, state.surface, config.get("meshing") or {}),
         }
-    if state.spline is not None:
-        report["spline"] = _spline(state.spline, state.surface)
+    if state.spline is not None and state.hexes is not None:
+        report["spline"] = _spline(state.spline, state.surface, state.hexes)
         if state.solution is not None:
             report |= solutions.numbers(state.spline, state.solution)
             posed = problem.problem_of(config)
@@ -188,8 +190,11 @@ def _polycube(state: RunState, polycube: Polycube, is_given: bool) -> Numbers:
     return numbers
 
 
-def _spline(spline: Spline, surface: TriMesh) -> Numbers:
+def _spline(spline: Spline, surface: TriMesh, hexes: HexMesh) -> Numbers:
     jacobian, distances = min_detj(spline), deviation(spline, surface)
+    corners = hexes.hexes[spline.element_hex[[jacobian.scaled_element]]]
+    apart = np.linalg.norm(hexes.vertices[corners[0]] - jacobian.scaled_position, axis=1)
+    meeting = np.concatenate(extraordinary_edges(hexes)) == corners[0, apart.argmin()]
     return {
         "functions": len(spline.control),
         "elements": len(spline.nodes),
@@ -197,6 +202,9 @@ def _spline(spline: Spline, surface: TriMesh) -> Numbers:
         "min_detj": jacobian.min_detj,
         "min_detj_bound": jacobian.lower_bound,
         "min_scaled_detj": jacobian.min_scaled_detj,
+        "min_scaled_detj_at": list(jacobian.scaled_position),
+        "min_scaled_detj_hex": float(scaled_jacobian(hexes.vertices, corners)[0]),  # its own
+        "min_scaled_detj_edges": int(meeting.sum()),  # extraordinary ones at the nearest corner
         "min_detj_at": list(jacobian.position),
         "min_detj_element": jacobian.element,
         "is_positive": jacobian.lower_bound > 0,

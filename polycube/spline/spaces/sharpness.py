@@ -21,6 +21,7 @@ from polycube.spline.spaces.sharp_features import (
 from polycube.types import HexMesh, Spline, TriMesh
 
 LEAST = 0.05  # scaled det J below which a hex is made straight
+KEPT = 0.5  # share of the floor of scaled det J that matters more than the distance
 FLOOR = 0.1  # smallest scaled det J that a crease may cause in an element
 # costs, as equivalent distances in diagonals
 HALVED_DETJ = 0.001  # of each halving of scaled det J below the floor
@@ -142,6 +143,7 @@ class Trial:
         """
         hexes = spline.element_hex.max() + 1
         total = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
+        total += POOR * (min_detj(spline).min_scaled_detj < KEPT * floor)
         return cls(name, spline, sharp, total + SMOOTH_BORDER * lost)
 
     def summary(self, surface: TriMesh) -> str:

@@ -125,3 +125,16 @@ def test_vtk_computes_from_the_file_what_the_file_says(tmp_path) -> None:
         theirs = grid.cell_quality([name]).cell_data[name]
         np.testing.assert_allclose(grid.cell_data[name], theirs, 1e-9, 1e-12)
     assert {"edge_ratio", "cell", "primitive"} <= set(grid.cell_data)
+
+
+def test_a_warning_names_the_place_and_the_reason_of_a_small_det_j() -> None:
+    distances = {f"{way}_p99": 0.001 for way in quality.WAYS}
+    least = {"min_scaled_detj_at": [1.0, 2.5, -3.0], "min_scaled_detj_hex": 0.61}
+    numbers = {"is_positive": True, **distances, **least, "min_scaled_detj_edges": 4}
+    assert quality.spline_warnings({**numbers, "min_scaled_detj": quality.DETJ_LIMIT}) == []
+    [found] = quality.spline_warnings({**numbers, "min_scaled_detj": 0.013})
+    assert found == (
+        "det J of the spline is 0.013 of its mean in the element at (1, 2.5, -3), less than 0.05, "
+        "and the fit could not raise it: the hex has a scaled Jacobian of 0.61, and 4 "
+        "extraordinary edges meet there"
+    )
