@@ -65,8 +65,9 @@ class Construction:
     def best_trial(self, space: str, known: Trial | None = None) -> Trial:
         """The spline with the smallest cost; `known` is the best one of h2s.
 
-        Tried are splines with all creases, with the harmless ones, and with all creases and
-        straight hexes; each is only made if the earlier ones are not good.
+        Tried are splines with all creases, with all creases and straight hexes if the former costs
+        more than `POOR`, and with the harmless creases; each is only made if the earlier ones are
+        not good.
         """
         options, creases, trial = self.options, self.creases, partial(self._trial, space, known)
         harmless = sharp_features(options, self.hexes, creases)
@@ -74,12 +75,14 @@ class Construction:
             return trial("harmless", harmless)
         all_creases = creases.all_but(NO_EDGES) if options.sharp == "auto" else harmless
         trials = [trial("all", all_creases)]
-        if trials[0].cost > GOOD and not all(map(np.array_equal, all_creases, harmless)):
-            trials.append(trial("harmless", harmless))
-        if min(t.cost for t in trials) > POOR or trials[0].cost >= INVALID:
+        if trials[0].cost > POOR:
             straightened = creases.straightened(all_creases)
             if len(straightened.straight):
                 trials.append(trial("all", straightened))
+        enough = GOOD if len(trials) == 1 else POOR
+        if min(t.cost for t in trials) > enough or trials[0].cost >= INVALID:
+            if not all(map(np.array_equal, all_creases, harmless)):
+                trials.insert(1, trial("harmless", harmless))
         best = min(trials, key=lambda t: t.cost)
         if options.sharp == "auto" or len(trials) > 1:
             summary = "; ".join(t.summary(self.surface) for t in trials)
