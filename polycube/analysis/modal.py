@@ -35,7 +35,7 @@ TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
 SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
-# vertices, which the correction makes cubic, and of spaces that are cubic before
+# vertices, which the correction makes cubic, and of spaces that are cubic before or partly trilinear
 REST, REST_OF_CUBIC = 0.3, 1.2
 TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
@@ -123,7 +123,9 @@ def _enriched(
     Errors are a share of this correction, and the effect of the distance of the boundary.
     """
     vertices = len(np.unique(spline.nodes[:, CORNERS]))
-    rest = REST if len(spline.control) <= vertices else REST_OF_CUBIC
+    is_trilinear = np.diff(spline.element_functions().offsets).min() == len(CORNERS)
+    slow = is_trilinear or len(spline.control) > vertices
+    rest = REST_OF_CUBIC if slow else REST
     elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
     given = constraints.supports, None, constraints.sector
     enrichment = Enrichment.of(spline, elasticity, *given)
