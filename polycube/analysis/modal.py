@@ -35,7 +35,8 @@ TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
 SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
-# vertices, which the correction makes cubic, and of spaces that are cubic before or partly trilinear
+# vertices, which the correction makes cubic, and of spaces that are cubic before, or trilinear in
+# some elements
 REST, REST_OF_CUBIC = 0.3, 1.2
 TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
