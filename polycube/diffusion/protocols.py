@@ -19,7 +19,9 @@ class Model(Protocol):
 
     any_size: ClassVar[bool] = False  # whether images may have any size
 
-    def __call__(self, channels: int, outputs: int, context: int, image: tuple[int, int]) -> object:
+    def __call__(
+        self, channels: int, outputs: int, context_length: int, image: tuple[int, int]
+    ) -> object:
         """A torch module (x (B, channels, h, w), t (B,), context) -> (B, outputs, h, w)."""
 
 
