@@ -85,7 +85,7 @@ class Construction:
                 trials.insert(1, trial("harmless", harmless))
         best = min(trials, key=lambda t: t.cost)
         if options.sharp == "auto" or len(trials) > 1:
-            summary = "; ".join(t.summary(self.surface) for t in trials)
+            summary = "; ".join(t.summary() for t in trials)
             logger.info("creases: %s; %s", best.name, summary)
         return best
 

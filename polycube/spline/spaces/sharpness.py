@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.spline.bezier import min_detj, scaled_detj
-from polycube.spline.boundary import deviation
+from polycube.spline.bezier import Jacobian, min_detj, scaled_detj
+from polycube.spline.boundary import Deviation, deviation
 from polycube.spline.spaces.extraction import NO_INDICES, volumetric_spline
 from polycube.spline.spaces.sharp_features import (
     creases,
@@ -125,6 +125,8 @@ class Trial:
     name: str
     spline: Spline
     sharp: Sharp
+    jacobian: Jacobian
+    apart: Deviation
     cost: float
 
     @classmethod
@@ -142,13 +144,14 @@ class Trial:
         floor : floor of scaled det J
         """
         hexes = spline.element_hex.max() + 1
-        total = cost(spline, surface, floor) + STRAIGHT * len(sharp.straight) / hexes
-        total += POOR * (min_detj(spline).min_scaled_detj < KEPT * floor)
-        return cls(name, spline, sharp, total + SMOOTH_BORDER * lost)
+        jacobian, apart = min_detj(spline), deviation(spline, surface)
+        total = cost(jacobian, apart, floor) + STRAIGHT * len(sharp.straight) / hexes
+        total += POOR * (jacobian.min_scaled_detj < KEPT * floor)
+        return cls(name, spline, sharp, jacobian, apart, total + SMOOTH_BORDER * lost)
 
-    def summary(self, surface: TriMesh) -> str:
+    def summary(self) -> str:
         """The deciding quantities, for the log."""
-        apart, jacobian = deviation(self.spline, surface), min_detj(self.spline)
+        apart, jacobian = self.apart, self.jacobian
         farthest = max(apart.to_surface.p99, apart.to_spline.p99)
         straight = f" and {len(self.sharp.straight)} straight hexes" * (
             len(self.sharp.straight) > 0
@@ -161,14 +164,13 @@ class Trial:
         )
 
 
-def cost(spline: Spline, surface: TriMesh, floor: float) -> float:
-    """Cost of a spline in diagonals.
+def cost(jacobian: Jacobian, apart: Deviation, floor: float) -> float:
+    """Cost of a spline in diagonals, from its det J and its deviation from the surface.
 
     It consists of the 99th percentiles of the distance in both directions, the error of the volume,
     and the shortfall of scaled det J below a floor. If det J is not certified positive, the cost is
     above that of all positive splines, and grows with the distance from positivity.
     """
-    jacobian, apart = min_detj(spline), deviation(spline, surface)
     if jacobian.lower_bound <= 0:
         return INVALID + 1 - jacobian.min_scaled_detj
     shortfall = max(np.log2(floor / jacobian.min_scaled_detj), 0)
