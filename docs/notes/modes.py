@@ -20,7 +20,6 @@ OUTPUT/plot.png show all of them.  CalculiX must be installed as ccx.
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -30,7 +29,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from docs.notes.frequencies import MODES, RIGID, STEP, calculix, infer, nodes
-from docs.notes.statics import TETRAHEDRA, Case, Row, mesh, priced, tetrahedra
+from docs.notes.statics import TETRAHEDRA, Case, Row, mesh, study, tetrahedra
 from polycube.io.hex_meshes import read_hexes
 
 MODAL = [
@@ -216,24 +215,5 @@ def plot(found: dict[str, dict[str, Row]]) -> plt.Figure:
     return figure
 
 
-def main() -> None:
-    """Run what is not there yet, then write table and plot."""
-    output = Path(sys.argv[1])
-    output.mkdir(parents=True, exist_ok=True)
-    found = {}
-    for part in map(Path, sys.argv[2:]):
-        kept, case = output / f"{part.stem}.json", Case(part)
-        (output / part.stem).mkdir(exist_ok=True)
-        rows: dict[str, Row] = json.loads(kept.read_text()) if kept.exists() else {}
-        for name, run in models(case, output / part.stem, rows).items():
-            if name not in rows:
-                row = priced(run)
-                rows[name] = row if "unknowns" in row else {}
-                kept.write_text(json.dumps(rows, indent=1))
-        found[part.stem] = rows
-        (output / "table.md").write_text("\n".join(table(found)) + "\n")
-    plot(found).savefig(output / "plot.png", dpi=110)
-
-
 if __name__ == "__main__":
-    main()
+    study(models, table, plot)
