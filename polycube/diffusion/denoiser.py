@@ -11,7 +11,6 @@ from torch import Tensor, nn
 
 from polycube.diffusion.conditions import Condition
 from polycube.diffusion.encoding import by_x, learning_frame, to_pixels, to_points
-from polycube.diffusion.pairs.templates import Context
 from polycube.diffusion.point_network import ContextClassifier
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.types import Frame
@@ -204,27 +203,14 @@ class Denoiser(nn.Module):
         )
 
     @_reproducible()
-    def log_likelihood(
-        self, points: np.ndarray, normals: np.ndarray, contexts: Sequence[Context]
-    ) -> np.ndarray:
-        """(B, C) log-probability that geometries are aligned with the grid and have these contexts.
-
-        points, normals : (B, N, 3) in the learning frame; needs options.classifier
-
-        Of contexts of equal shape only the canonical one is probable (`shapes.turned_contexts`).
-        """
-        self.eval()
-        geometry = self._images(points, normals, by_x(points))
-        log_p = self.classifier.log_likelihood(geometry, self.classes_of(contexts))
-        return log_p.numpy(force=True)
-
-    @_reproducible()
     def log_cells(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log-probability of the contents of each cell, and of alignment with the grid.
 
         points, normals : (B, N, 3) in the learning frame; needs options.classifier
 
-        Returns (B, n_cells, primitives + 1), empty last, and (B,); their sum is `log_likelihood`.
+        Returns (B, n_cells, primitives + 1), empty last, and (B,); the sum over the cells of a
+        context and the alignment is the log-probability of this context. Of contexts of equal shape
+        only the canonical one is probable (`templates.turned_contexts`).
         """
         self.eval()
         geometry = self._images(points, normals, by_x(points))
@@ -233,12 +219,6 @@ class Denoiser(nn.Module):
             torch.cat(each).numpy(force=True) for each in zip(*batches, strict=True)
         )
         return log_p, log_aligned
-
-    def classes_of(self, contexts: Sequence[Context]) -> Tensor:
-        """(C, n_cells) int64 number of the primitive of each cell; the last number is empty."""
-        number = {name: i for i, name in enumerate((*self.condition.primitives, None))}
-        rows = [[number[name] for name in context] for context in contexts]
-        return torch.tensor(rows, device=self.device)
 
     def _images(self, points: np.ndarray, normals: np.ndarray, at: np.ndarray) -> Tensor:
         """(B, 6, h, w) images of points and normals."""

@@ -182,12 +182,3 @@ class ContextClassifier(nn.Module):
         """Log-probabilities (B, cells, primitives + 1), and that of alignment (B,)."""
         logits, alignment = self(geometry)
         return logits.float().log_softmax(dim=2), nn.functional.logsigmoid(alignment.float())
-
-    def log_likelihood(self, geometry: Tensor, cells: Tensor) -> Tensor:
-        """(B, C) log-probability of contexts, cells (C, n_cells) as numbers of classes.
-
-        It includes the probability that the geometry is aligned with the grid.
-        """
-        log_p, log_aligned = self.log_cells(geometry)
-        each = torch.arange(cells.shape[1])
-        return log_p[:, each, cells].sum(dim=2) + log_aligned[:, None]

@@ -147,16 +147,15 @@ def test_padded_images_are_denoised_too(denoiser: Denoiser) -> None:
     assert np.array_equal(at, by_x(points.astype(np.float32)))
 
 
-def test_log_likelihood_of_contexts_is_the_classifiers(denoiser: Denoiser) -> None:
+def test_log_probabilities_of_cells_are_the_classifiers(denoiser: Denoiser) -> None:
     """The last class is empty; without a classifier there is no such module."""
-    contexts = [("cube", "hole_y"), ("hole_x", None)]
-    assert denoiser.classes_of(contexts).tolist() == [[0, 3], [2, 4]]
     points, normals = cloud()
-    found = denoiser.log_likelihood(points, normals, contexts)
+    found = denoiser.log_cells(points, normals)
+    assert found[0].shape == (2, 2, 5)
     both = np.concatenate([points, normals], axis=2).astype(np.float32)
     geometry = torch.from_numpy(both).transpose(1, 2).reshape(2, 6, 32, 32)  # in any order
-    expected = denoiser.classifier.log_likelihood(geometry, torch.tensor([[0, 3], [2, 4]]))
-    assert found == pytest.approx(expected.detach().numpy(), abs=1e-5)
+    for own, expected in zip(found, denoiser.classifier.log_cells(geometry), strict=True):
+        assert own == pytest.approx(expected.detach().numpy(), abs=1e-5)
     assert not hasattr(halving(classifier=False), "classifier")
 
 
@@ -179,8 +178,7 @@ def test_results_do_not_depend_on_the_number_of_threads(n_threads: int) -> None:
 
     def results() -> list[np.ndarray]:
         denoised = denoiser.denoise(points, normals, contexts, sampler, 0)
-        log_p = denoiser.log_likelihood(points, normals, contexts)
-        return [denoised.points, *denoised.log_labels, log_p, *denoiser.log_cells(points, normals)]
+        return [denoised.points, *denoised.log_labels, *denoiser.log_cells(points, normals)]
 
     before = torch.get_num_threads()
     try:

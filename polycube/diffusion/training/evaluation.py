@@ -191,7 +191,9 @@ def _context_columns(
         points, normals = _stacked([made[i] for i in batch])
         for name, turn in turns.items():
             rotation = rotations()[turn[batch]].transpose(0, 2, 1)  # (B, 3, 3)
-            log_ps = denoiser.log_likelihood(points @ rotation, normals @ rotation, canonical)
+            log_cells, log_aligned = denoiser.log_cells(points @ rotation, normals @ rotation)
+            each = log_cells[:, np.arange(shapes.shape[1]), shapes[shapes_with_context]]
+            log_ps = each.sum(axis=2) + log_aligned[:, None]
             for i, log_p in zip(batch, log_ps, strict=True):
                 right = int(np.flatnonzero(shapes_with_context == number[rows[i], turn[i]])[0])
                 ahead = log_p >= log_p[right]
