@@ -24,7 +24,6 @@ from polycube.spline.spaces.refinement import refined_spline
 from polycube.spline.spaces.sharp_features import (
     border,
     cad_corners,
-    cad_creases,
     cad_edges,
     edges_between,
     is_among,
@@ -187,7 +186,8 @@ def creases_of(options: SplineOptions, hexes: HexMesh, surface: TriMesh | None) 
     angle, fold = np.radians(options.angle), options.single_hex_edges
     if surface is None or not len(surface.region):
         return Creases(hexes, forced, angle, fold, borders)
-    found = cad_creases(hexes, surface, np.radians(options.cad_angle))
+    edges, _, inside = cad_edges(hexes, surface)
+    found = edges[abs(np.pi - inside) > np.radians(options.cad_angle)]
     return Creases(hexes, forced, angle, fold, borders, found, cad_corners(hexes, surface))
 
 

@@ -90,12 +90,6 @@ def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
 
 
-def cad_creases(mesh: HexMesh, surface: TriMesh, angle: float) -> np.ndarray:
-    """(S, 2) boundary edges between two CAD faces that turn by more than `angle` radians there."""
-    edges, _, inside = cad_edges(mesh, surface)
-    return edges[abs(np.pi - inside) > angle]
-
-
 def cad_edges(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Boundary edges, and the angle of the part there if they lie on a curve between CAD faces.
 
