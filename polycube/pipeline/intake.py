@@ -1,15 +1,12 @@
 """Read the surface of a run, and repair it on request."""
 
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
 from polycube.errors import InputError
 from polycube.hexmesh.named_sets import cad_sets, face_set
-from polycube.io.stl import write_stl
 from polycube.io.surfaces import read_repaired
-from polycube.io.vtk import write_named_vtp
 from polycube.pipeline.settings import Settings
 from polycube.stages import Clock
 from polycube.state import RunState
@@ -52,12 +49,3 @@ def sharp_places(surface: TriMesh) -> list[str]:
         f"{where}({place}), so a hex there has a scaled Jacobian of "
         f"{np.sin(least.angle):.2f} at most"
     ]
-
-
-def write_repaired(folder: Path, state: RunState) -> None:
-    """Write the repaired surface if there is one."""
-    if state.repair is not None:
-        surface = state.surface
-        write_stl(folder / "repaired.stl", surface.vertices, surface.faces)
-        named = {"surface": surface.faces}
-        write_named_vtp(folder / "repaired.vtp", surface.vertices, named, "part")

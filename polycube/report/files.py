@@ -14,8 +14,8 @@ from polycube.hexmesh.inspection import inspect
 from polycube.io import bezier, manifest, vtk
 from polycube.io.bext import write_bext, write_bext2
 from polycube.io.lsdyna_deck import write_modal_deck
+from polycube.io.stl import write_stl
 from polycube.kinds import Export
-from polycube.pipeline.intake import write_repaired
 from polycube.pipeline.resume.results import stage_name
 from polycube.pipeline.settings import Settings
 from polycube.registry import provide
@@ -61,7 +61,10 @@ def start_folder(folder: Path, settings: Settings, state: RunState) -> None:
     if not settings.resume:
         clear_results(folder, settings)
     with manifest.writing(folder) as scratch:
-        write_repaired(scratch, state)
+        if state.repair is not None:
+            corners, faces = state.surface.vertices, state.surface.faces
+            write_stl(scratch / "repaired.stl", corners, faces)
+            vtk.write_named_vtp(scratch / "repaired.vtp", corners, {"surface": faces}, "part")
 
 
 def inputs(settings: Settings) -> list[Path]:
