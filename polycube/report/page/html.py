@@ -16,7 +16,6 @@ from polycube.report.numbers.problem import problem_of
 from polycube.report.numbers.verdict import about, length_unit, tiles, verdict, why
 from polycube.report.page import sections
 from polycube.report.page.hexes import features, hex_counts, hexes, sets
-from polycube.report.page.solutions import problem, solution
 from polycube.report.page.templates import NOTHING, Link, Pictures, element, render
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures.pictures import pictures
@@ -48,8 +47,8 @@ def write_report(folder: Path, state: RunState, report: Json, drawing: bool = Tr
         features(report, drawn),
         sets(state, report, drawn),
         section("spline", drawn.get("spline"), report.get("spline", {}), diagonal, unit),
-        problem(report, drawn),
-        solution(state.spline, state.solution, report, drawn),
+        sections.problem(report, drawn),
+        sections.solution(state.spline, state.solution, report, drawn),
         section("input", drawn.get("input"), report.get("input", {}), unit),
         element("repairs.html", "points", report.get("points"), unit),
         element("repairs.html", "repair", report.get("repair"), unit),
@@ -148,8 +147,8 @@ def assembly_page(
         solids=report["solids"],
         links={name: Link(name, target) for name, target in made if (folder / target).is_file()},
         contacts=report["contacts"],
-        problem=problem(report, solved[2]),
-        solution=solution(*solved[:2], report, solved[2]),
+        problem=sections.problem(report, solved[2]),
+        solution=sections.solution(*solved[:2], report, solved[2]),
         not_analysed=report.get("not_analysed"),
         merged=report.get("hex", {}).get("merged_vertices"),
         files=[Link(name, name) for name in files],

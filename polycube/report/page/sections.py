@@ -1,8 +1,8 @@
-"""The sections of the 3D view and of the structure.
+"""The sections of the 3D view, of the structure, of the problem and of its solution.
 
-The hex mesh and the solution have separate modules: `hexes` and `solutions`; templates make the
-other sections from `report.json` alone. Each section takes the state, the numbers of `report.json`
-and the pictures, which may all be incomplete, and returns "" if it is empty.
+Those of the hex mesh have a module of their own, `hexes`; templates make the others from
+`report.json` alone. Each section takes what it shows of the state, the numbers of `report.json` and
+the pictures, which may all be incomplete, and returns "" if it is empty.
 """
 
 from markupsafe import Markup
@@ -11,14 +11,15 @@ from polycube.report.numbers.verdict import length_unit
 from polycube.report.page.templates import NOTHING, Pictures, element
 from polycube.report.page.views.viewer import viewer
 from polycube.report.pictures import scenes
-from polycube.report.pictures.colours import AXIS_COLOURS
+from polycube.report.pictures.colours import AXIS_COLOURS, HELD, LOADED
+from polycube.report.pictures.fields import exaggeration, first_elastic
 from polycube.state import RunState
 from polycube.structure.lattice import NAMED
-from polycube.types import AXES, Goal, Json
+from polycube.types import AXES, Deformation, Goal, Json, Modes, Potential, Solution, Spline
 
 N_CANDIDATES = 12  # largest number in the table
 PICTURES = {"polycube", "section", "labels", "proposals"}  # of the structure
-TEMPLATE = "sections.html"
+TEMPLATE, SOLUTIONS = "sections.html", "solutions.html"
 
 
 def view(state: RunState, report: Json) -> Markup:
@@ -40,3 +41,29 @@ def structure(state: RunState, report: Json, pictures: Pictures) -> Markup:
         return NOTHING
     axes = list(zip(AXES, AXIS_COLOURS, strict=True))
     return element(TEMPLATE, "structure", pictures, axes, found, proposed, NAMED, N_CANDIDATES)
+
+
+def problem(report: Json, pictures: Pictures) -> Markup:
+    """Material, supports and loads as text and as a picture; empty if they are not known."""
+    found = report.get("problem")
+    if not found:
+        return NOTHING
+    colours = {"held": HELD * bool(found["supports"]), "loaded": LOADED * bool(found["loads"])}
+    legend = [(name, colour) for name, colour in colours.items() if colour]
+    return element(SOLUTIONS, "problem", pictures.get("problem"), found, legend)
+
+
+def solution(
+    spline: Spline | None, found: Solution | None, report: Json, pictures: Pictures
+) -> Markup:
+    """The section of the solution; empty if there is none."""
+    if isinstance(found, Modes):
+        first = first_elastic(found) if found.rigid else 0
+        return element(SOLUTIONS, "modes", pictures, found, dict(found.units), first)
+    if isinstance(found, Deformation) and spline is not None:
+        largest = report["static"]["max_displacement"]
+        times = exaggeration(spline.extraction @ spline.control, largest)
+        return element(SOLUTIONS, "static", pictures, float(f"{times:.3g}"), report)
+    if isinstance(found, Potential):
+        return element(SOLUTIONS, "poisson", pictures, report["poisson"])
+    return NOTHING

@@ -9,7 +9,7 @@ from polycube.hexmesh.face_groups import measure
 from polycube.hexmesh.named_sets import boundary_sets
 from polycube.registry import build
 from polycube.report.numbers.problem import numbers, problem_of, stress
-from polycube.report.page.solutions import problem as section
+from polycube.report.page.sections import problem as section
 from polycube.report.pictures.colours import HELD, LOADED, rgb
 from polycube.report.pictures.loads import spread, supports_and_loads
 from tests.fixtures.hexmeshes import hex_box
