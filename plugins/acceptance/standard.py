@@ -13,6 +13,7 @@ from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.settings import MeshingSettings, creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
+from polycube.surface.measures import diagonal
 from polycube.types import Goal, HexMesh, TriMesh, Verdict
 from polycube.types.options import Options
 
@@ -120,8 +121,6 @@ class Standard(Options, Goal, Acceptance):
 
     def _times(self, reached: float, wanted: float | str | None, found: Inspection) -> float:
         """Doublings by which a distance exceeds a length; 0 without one."""
-        from polycube.surface.measures import diagonal
-
         if wanted is None:
             return 0.0
         unit = diagonal(found.surface)

@@ -14,6 +14,7 @@ from polycube.hexmesh import settings
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.registry import register, setting
+from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
 from polycube.types.options import Count, Options, Positive, limits
 
@@ -105,7 +106,6 @@ class Template(Options):
         from polycube.hexmesh.generation.interval_counts import Lattice
         from polycube.hexmesh.generation.template import counts, mesh, mesh_between
         from polycube.surface.fit_target import target
-        from polycube.surface.measures import diagonal
 
         goal, unit = target(surface), diagonal(surface)
         size = sizing.length(self.size, unit) / self.finer
@@ -186,7 +186,6 @@ class Template(Options):
     def _demanded(self, surface: TriMesh, lattice: Lattice, parts: sizing.Counts) -> sizing.Counts:
         """Parts for the requested numbers of hexes, within max_hexes."""
         from polycube.hexmesh.generation import interval_counts as counts
-        from polycube.surface.measures import diagonal
 
         polycube, most = lattice.polycube, self.max_hexes
         requested = counts.demands(lattice, surface, requests_of(self.at), self.more)

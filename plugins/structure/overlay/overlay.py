@@ -15,6 +15,8 @@ from polycube.hexmesh.settings import MeshingSettings, least_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import OnGrid, full_cell
+from polycube.surface import measures
+from polycube.surface.measures import diagonal, volume
 from polycube.types import Candidate, RoughMap, Tier, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -77,7 +79,6 @@ class Overlay(OnGrid, Structure):
         If no lattice has the correct topology, there is one substitute.
         """
         from polycube.surface.frames import frames
-        from polycube.surface.measures import diagonal
 
         brick = full_cell(self.primitives)
         if brick is None:
@@ -109,7 +110,6 @@ class Overlay(OnGrid, Structure):
         then larger ones, in case these give no good mesh.
         """
         from polycube.hexmesh.generation.requests_met import wanted_sizes
-        from polycube.surface.measures import diagonal, volume
 
         cells = self._cells(surface, size)
         if not self.at:
@@ -123,7 +123,6 @@ class Overlay(OnGrid, Structure):
         """Sizes of the cells of the candidates, the largest first."""
         from polycube.surface.feature_size import detail_size
         from polycube.surface.fit_target import target
-        from polycube.surface.measures import volume
 
         goal = target(surface)
         first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
@@ -142,7 +141,6 @@ class Overlay(OnGrid, Structure):
         size : size of the largest hexes into which they may be merged
         """
         from polycube.structure.lattice import genus, of_bricks
-        from polycube.surface import measures
         from polycube.surface.voxels import inside
 
         from .planes import manifold, planes
@@ -151,7 +149,7 @@ class Overlay(OnGrid, Structure):
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
         for shares, step in product((self.least, self.thin), self.steps):
             edge = cell / step
-            if measures.volume(surface) > self.max_hexes * edge**3:
+            if volume(surface) > self.max_hexes * edge**3:
                 logger.info("overlay: more than %d cells of size %.4g", self.max_hexes, edge)
                 continue
             x, y, z = (planes(turned, a, edge, sizing.doublings(size, edge)) for a in range(3))
