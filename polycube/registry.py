@@ -75,11 +75,7 @@ def provide(plugin: Any, **values: object) -> Any:
 
 
 def choice(kind: str, name: str) -> Any:
-    """Declare an option that is a plugin of another kind.
-
-    kind : kind of that plugin
-    name : name of the default plugin
-    """
+    """Declare an option that is a plugin of another kind; by default the one with this name."""
     return field(default_factory=lambda: {"plugin": name}, metadata={"choice": (kind, name)})
 
 

@@ -144,10 +144,7 @@ class Placement(Run):
 
 
 def is_meshed(folder: Path, order: Sequence[str]) -> bool:
-    """Whether a run is complete and has stored all of its meshing stages.
-
-    order : order of the meshing stages
-    """
+    """Whether a run is complete and has stored all of its meshing stages."""
     ended = (folder / "report.json").is_file()
     return ended and all(has_stage(folder, kind) for kind in ("read", "structure", *order))
 

@@ -38,7 +38,6 @@ def partly_fitted_state(task: Task, start: RunState, why: str) -> RunState | Non
     state describes the deviation, unless all boundary vertices are on the surface and the
     acceptance finds the mesh valid.
 
-    task : task with the stages
     start : state from which the structure is meshed
     why : reason why no fitted mesh is valid
     """

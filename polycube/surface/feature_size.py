@@ -30,7 +30,6 @@ def detail_size(goal: Target, across: float, around: float) -> float:
 
     It is a share of the diagonal.
 
-    goal : the surface
     across : number of hexes across a wall
     around : number of hexes around a hole, or around a circle as wide as a slot
     """
@@ -49,7 +48,6 @@ def small_details(goal: Target, size: float, across: float, around: float) -> np
     Details are walls, holes and slots, curves shorter than two hexes, and curves closer to others
     than two hexes. Returns (N, 3) points at unit scale.
 
-    goal : the surface
     size : edge length of the hexes, as a share of the diagonal
     across, around : as in `detail_size`
     """

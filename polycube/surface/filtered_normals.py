@@ -115,7 +115,6 @@ def between_planes(
 
     Returns (E,) bool.
 
-    surface : a triangle surface
     normals : (F, 3) unit normals of its triangles
     pairs : (E, 2) triangles at each edge
     most : turn in radians above which an edge is sharp without this test

@@ -72,7 +72,6 @@ def draw(
     Each draw has the surface in a random one of the 24 orientations of its axes, so that the result
     does not depend on the orientation of the part.
 
-    n_draws : number of draws
     n_clouds : number of sets of sample points in each draw
     n_passes : largest number of passes of the network; two draws have one pass, the next two have
         two, and so on; the input of a further pass is the surface as moved by the pass before

@@ -32,7 +32,6 @@ def write_joint_meshes(
     others are meshed one by one, with ties.
 
     cfg : settings of one of the solids
-    folder : folder of the results of all
     """
     settings = Settings.of(cfg)
     if any(cfg["meshing"].get(name) for name in ALONE) or settings.cad.remove != Remove():

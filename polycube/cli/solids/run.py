@@ -88,7 +88,6 @@ def run_solids(
     by `of_runs`, and KeyboardInterrupt if a signal ended the run of a solid; the results of
     completed ones are saved.
 
-    folder : folder of the results
     attempt : does the run of one solid
     """
     exports = [build("export", config) for config in cfg.get("export", {}).values()]

@@ -26,7 +26,6 @@ from polycube.types import HexMesh, Json, Solution, Spline
 def write_report(folder: Path, state: RunState, report: Json, drawing: bool = True) -> Path:
     """Write `folder/report.html`, also for a run that ended early.
 
-    state : state of the run
     report : the numbers of `report.json`, and the settings under "config"
     drawing : whether to draw pictures, which takes seconds; the 3D view is always included
 
@@ -133,7 +132,6 @@ def assembly_page(
 ) -> str:
     """HTML of an assembly: a row per solid with a link to its report, and the contacts.
 
-    title : title of the page
     report : the numbers of `report.json`
     mesh : mesh of all solids, with the number of the solid of each hex as `cell`, and the names
     folder : folder that contains the folders of the solids

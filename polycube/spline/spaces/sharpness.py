@@ -139,10 +139,7 @@ class Trial:
         floor: float,
         lost: float = 0.0,
     ) -> Trial:
-        """A trial with its cost, including straight hexes and the share of lost borders.
-
-        floor : floor of scaled det J
-        """
+        """A trial with its cost, including straight hexes and the share of lost borders."""
         hexes = spline.element_hex.max() + 1
         jacobian, apart = min_detj(spline), deviation(spline, surface)
         total = cost(jacobian, apart, floor) + STRAIGHT * len(sharp.straight) / hexes

@@ -30,7 +30,6 @@ def bounded_faces(
     Returns (Q, 4) CAD face for each side of the quad, from corner k to the next; 0 if the side is
     not on a curve, or if the normals of quad and face differ too much.
 
-    goal : the surface
     region : (F,) CAD face of each triangle of the surface, from 1
     corners : (Q, 4, 3) corners of the quads at unit scale, counter-clockwise from outside
     normals : (Q, 3) unit normals of the quads

@@ -45,7 +45,6 @@ def viewer(
     surface : the input; None: no colours by distance
     context : primitive per grid cell; empty if it is unknown
     filled : description of the cells if they are not primitives; they are not coloured then
-    unit : length unit
     solved : spline and solution of the analysis, for the colours by results
     goal : limits of the features that are marked
     """
