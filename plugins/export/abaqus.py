@@ -87,8 +87,7 @@ class Abaqus(WithProblem, TextFormat):
             hex_sets=blocks(named) | primitive_sets(named),
             node_sets=node_sets(named, own.quads),
             surfaces=named.sets,
-            ties=[(*tie, GAP * _diagonal(named, tie[1])) for tie in named.ties],
-            stiffness=_stiffness(named, owner, loads),
+            joints=_joints(named, owner, loads),
             friction=named.friction,
             sides=_sides(np.column_stack([owner, side])),
             preloads=[(each, _sides(faces)) for each, faces in _sections(loads)],
@@ -129,24 +128,24 @@ def _sides(faces: np.ndarray) -> np.ndarray:
     return np.column_stack([faces[:, 0] + 1, SIDES[faces[:, 1]]])
 
 
-def _diagonal(mesh: HexMesh, name: str) -> float:
-    """Mean diagonal of the quads of a set."""
-    corners = mesh.vertices[mesh.quads[mesh.sets[name]]]
-    return float(np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).mean())
+def _joints(
+    mesh: HexMesh, owner: np.ndarray, loads: Loads | None
+) -> Iterator[tuple[str, str, float, float | None]]:
+    """The two surfaces of each tie or contact, the largest gap, and the stiffness of a contact.
 
-
-def _stiffness(mesh: HexMesh, owner: np.ndarray, loads: Loads | None) -> list[float]:
-    """Pressure for each unit of penetration at each contact, by the softer solid.
+    This is the pressure for each unit of penetration; it depends on the softer solid.
 
     owner : (Q,) hex of each quad
     """
-    if loads is None or mesh.friction is None:
-        return []
-    solid = mesh.cell[owner] * bool(loads.problem.materials)
-    young = [loads.values(material)[0] for _, _, material in loads.sections]
-    softer = [min(young[solid[mesh.sets[name][0]]] for name in tie) for tie in mesh.ties]
-    size = [_diagonal(mesh, other) for _, other in mesh.ties]
-    return [STIFF * own / length for own, length in zip(softer, size, strict=True)]
+    for one, other in mesh.ties if mesh.friction is None or loads else ():
+        corners, stiffness = mesh.vertices[mesh.quads[mesh.sets[other]]], None
+        size = float(np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).mean())
+        if loads and mesh.friction is not None:
+            solid = mesh.cell[owner] * bool(loads.problem.materials)
+            named = [loads.sections[solid[mesh.sets[name][0]]] for name in (one, other)]
+            young = [loads.values(material)[0] for _, _, material in named]
+            stiffness = STIFF * min(young) / size
+        yield one, other, GAP * size, stiffness
 
 
 def _node(row: list[float]) -> str:
