@@ -121,6 +121,11 @@ def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return axis, boxes[box]
 
 
+def nearest_axis(normals: np.ndarray) -> np.ndarray:
+    """(N,) axis label of the direction closest to each normal (N, 3)."""
+    return (normals @ OUTWARD.T).argmax(axis=1)
+
+
 def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """(Q,) number of the planar face of each quad, in order of first appearance.
 

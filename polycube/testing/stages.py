@@ -119,9 +119,7 @@ def check_segment(plugin: Callable) -> None:
     own = set(zip(faces.patch.tolist(), faces.axis.tolist(), strict=True))
     used = set(zip(labels.patch.tolist(), labels.axis.tolist(), strict=True))
     claim(used <= own, "patch and axis are those of a polycube face", sorted(used - own))
-    normal = surfaces.face_normals(part.surface)
-    axis = np.abs(normal).argmax(1)
-    wanted = 2 * axis + (normal[np.arange(n_faces), axis] < 0)
+    wanted = lattice.nearest_axis(surfaces.face_normals(part.surface))
     wrong = float((labels.axis != wanted).mean())
     claim(wrong < 0.05, "a face of the block has the axis of its normal", f"{wrong:.0%} wrong")
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.structure.lattice import OUTWARD
+from polycube.structure.lattice import nearest_axis
 from polycube.surface.edge_splits import cut, refined
 from polycube.surface.measures import connected, face_areas, face_normals, half_edges, twins, unit
 from polycube.types import TriMesh
@@ -68,7 +68,7 @@ def pieces(surface: TriMesh, size: float) -> Pieces:
             is_above = vertices[faces].mean(axis=1) @ direction > middle
             side[part == number, turn] = np.where(is_above[part == number], 1, -1)
     fine = TriMesh(vertices, faces, part)
-    nearest = np.where(is_plane[part], -1, (face_normals(fine) @ OUTWARD.T).argmax(axis=1))
+    nearest = np.where(is_plane[part], -1, nearest_axis(face_normals(fine)))
     keys = np.column_stack([part, side, nearest])
     first, second = twins(faces)
     first, second = first // 3, second // 3

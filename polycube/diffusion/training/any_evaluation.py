@@ -13,7 +13,7 @@ from polycube.diffusion.pairs.any_structure import LatticePair, LatticePairs, Pa
 from polycube.diffusion.pairs.lattices import MOST_SLABS
 from polycube.diffusion.training.evaluation import Columns, distances, sampled
 from polycube.errors import InputError
-from polycube.structure.lattice import genus
+from polycube.structure.lattice import genus, nearest_axis
 from polycube.surface.measures import diagonal
 from polycube.types import Polycube, TriMesh
 
@@ -58,12 +58,6 @@ def evaluate_any(
             for name, log_p, label in labels:
                 columns[-1][f"labelled_{name}"] = log_p.argmax(axis=1) == label
     return columns
-
-
-def nearest_axis(normals: np.ndarray) -> np.ndarray:
-    """(N,) 0..5, the direction of types.AXES closest to each normal (N, 3)."""
-    axis = np.abs(normals).argmax(axis=1)
-    return 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
 
 
 def evaluate_lattices(

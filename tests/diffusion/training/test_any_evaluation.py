@@ -8,9 +8,10 @@ from torch import Tensor, nn
 from polycube.diffusion.conditions import AnyStructure
 from polycube.diffusion.denoiser import Denoiser, DenoiserOptions
 from polycube.diffusion.pairs.any_structure import LatticePairs
-from polycube.diffusion.training.any_evaluation import evaluate_any, nearest_axis
+from polycube.diffusion.training.any_evaluation import evaluate_any
 from polycube.diffusion.training.evaluation import summary
 from polycube.registry import build
+from polycube.structure.lattice import nearest_axis
 
 PAIRS = LatticePairs(0, 256)
 OPTIONS = {"classifier": False}
