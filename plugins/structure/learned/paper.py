@@ -25,8 +25,6 @@ class Paper(Given, Structure):
 
     Parameters
     ----------
-    context : primitive of each grid cell, such as [cube, hole_z]; x varies slowest; null: empty
-        cell; missing cells at the end are empty
     weights : a .ckpt, a .safetensors or a folder of train.py; null: the included weights `paper`
     sampler : sampler of x_0; ddpm is Algorithm 2
     tried : number of placements of the context that are denoised

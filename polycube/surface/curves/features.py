@@ -74,9 +74,7 @@ class Crease:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Arc lengths (N,) of the closest points, and distances (N,).
 
-        expected : (N,) expected arc lengths, which distinguish the branches of a crease that comes
-            close to itself; within a branch, only the distance counts. For a loop they may exceed
-            its length, and so may the result.
+        expected : (N,) expected arc lengths, see `arc_length.nearest`
         """
         if expected is None:
             expected = np.full(len(points), np.nan)
