@@ -1,4 +1,9 @@
-"""Compiled elastic forces of tricubic elements: sums are factorised, nothing is stored."""
+"""Compiled elastic forces of tricubic elements: sums are factorised, nothing is stored.
+
+The Bezier net of an element is contracted along z, then y, then x; the adjoint uses the reverse
+order. Each number of an element has a row with a lane for each of `LANES` elements, so that the
+compiled loops are vectorised.
+"""
 
 from functools import partial
 
@@ -8,8 +13,8 @@ from numba import njit
 from polycube.numerics.fast_math import FAST
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import bernstein, derivative, gauss
-from polycube.spline.element_tangents import LANES, add_back, buffers, gather, tangents
 
+LANES = 16  # elements in a batch
 LEAST = 64  # smallest number of elements for a thread
 
 
@@ -50,20 +55,21 @@ def _forces(
     """(B, 3) forces of some elements; values and slopes (n, 4) of the polynomials on a line."""
     n = len(values)
     found = np.zeros(points.shape)
-    net, planes, lines, place, _ = buffers(n)
+    net, place = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
     moved, by_net, slope = np.empty_like(net), np.empty_like(net), np.empty_like(place)
+    planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
     square, of_lanes = np.outer(weights, weights).ravel(), np.empty((2, LANES))
     for start in range(0, len(nodes), LANES):
-        gather(points, nodes, start, net)
-        gather(displacement, nodes, start, moved)
+        _gather(points, nodes, start, net)
+        _gather(displacement, nodes, start, moved)
         for at in range(LANES):
             of_lanes[:, at] = moduli[min(start + at, len(nodes) - 1)]
         by_net[:] = 0
         for k in range(n):
-            tangents(net, values, slopes, k, planes, lines, place)
-            tangents(moved, values, slopes, k, planes, lines, slope)
+            _tangents(net, values, slopes, k, planes, lines, place)
+            _tangents(moved, values, slopes, k, planes, lines, slope)
             _resist(place, slope, weights[k] * square, of_lanes[0], of_lanes[1])
-            add_back(slope, values, slopes, k, planes, lines, by_net)
+            _add_back(slope, values, slopes, k, planes, lines, by_net)
         for at in range(min(LANES, len(nodes) - start)):
             for r in range(64):
                 for d in range(3):
@@ -123,3 +129,83 @@ def _resist(
                         + strain[1, d, x] * cofactor[k, 1, x]
                         + strain[2, d, x] * cofactor[k, 2, x]
                     )
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _gather(points: np.ndarray, nodes: np.ndarray, start: int, net: np.ndarray) -> None:
+    """Points of the elements from `start` on, (192 LANES,); the last batch is padded."""
+    for at in range(LANES):
+        e = min(start + at, len(nodes) - 1)
+        for k in range(64):
+            for d in range(3):
+                net[(3 * k + d) * LANES + at] = points[nodes[e, k], d]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _tangents(
+    net: np.ndarray,
+    values: np.ndarray,
+    slopes: np.ndarray,
+    k: int,
+    planes: np.ndarray,
+    lines: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """d/dx, d/dy and d/dz (n^2, 3, 3 LANES) on plane k; also fills planes and lines."""
+    n = len(values)
+    _combine(values[k], net, planes[0])
+    _combine(slopes[k], net, planes[1])
+    for j in range(n):
+        _combine(values[j], planes[0], lines[0])
+        _combine(slopes[j], planes[0], lines[1])
+        _combine(values[j], planes[1], lines[2])
+        for i in range(n):
+            s = n * j + i
+            _combine(slopes[i], lines[0], out[s, 0])
+            _combine(values[i], lines[1], out[s, 1])
+            _combine(values[i], lines[2], out[s, 2])
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def _add_back(
+    by_tangent: np.ndarray,
+    values: np.ndarray,
+    slopes: np.ndarray,
+    k: int,
+    planes: np.ndarray,
+    lines: np.ndarray,
+    by_net: np.ndarray,
+) -> None:
+    """Add the derivatives with respect to the net, from those with respect to the tangents."""
+    n = len(values)
+    planes[:] = 0
+    for j in range(n):
+        lines[:] = 0
+        for i in range(n):
+            s = n * j + i
+            _spread(slopes[i], by_tangent[s, 0], lines[0])
+            _spread(values[i], by_tangent[s, 1], lines[1])
+            _spread(values[i], by_tangent[s, 2], lines[2])
+        _spread(values[j], lines[0], planes[0])
+        _spread(slopes[j], lines[1], planes[0])
+        _spread(values[j], lines[2], planes[1])
+    _spread(values[k], planes[0], by_net)
+    _spread(slopes[k], planes[1], by_net)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _combine(weights: np.ndarray, source: np.ndarray, out: np.ndarray) -> None:
+    """Fill `out` (m,) with the combination of the quarters of `source` (4 m,) by weights (4,)."""
+    a, b, c, d, m = weights[0], weights[1], weights[2], weights[3], len(out)
+    for r in range(m):
+        out[r] = a * source[r] + b * source[m + r] + c * source[2 * m + r] + d * source[3 * m + r]
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+def _spread(weights: np.ndarray, out: np.ndarray, source: np.ndarray) -> None:
+    """The transpose of `_combine`, added to `source`."""
+    m = len(out)
+    for k in range(4):
+        weight = weights[k]
+        for r in range(m):
+            source[k * m + r] += weight * out[r]
