@@ -145,6 +145,8 @@ def test_a_polygon_of_too_many_corners_is_refused_at_once():
         ("ply\nformat ascii 1.0\nelement vertex -1\nend_header\n", "negative dimensions"),
         ("ply\nformat ascii 1.0\nelement face 1\nproperty list char int vertex_index\n"
          "end_header\n-3 1 2 3\n", "vertex_index.*malformed"),
+        ("ply\nformat ascii 1.0\nelement face 99999999\nproperty list int int vertex_index\n"
+         "end_header\n0\n", "more elements than the file has bytes"),
         ("ply\nformat text 1.0\nend_header\n", "not a readable PLY"),
         ("ply\nformat ascii 1.0\n", "early end-of-file"),
     ],

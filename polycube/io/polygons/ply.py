@@ -18,10 +18,8 @@ LARGEST = 2**31  # of vertex numbers
 
 def is_points(path: Path) -> bool:
     """Whether the header has vertices, but no faces."""
-    with path.open("rb") as file:
-        head, mark, _ = file.read(HEADER).partition(b"end_header")
-    names = {name for name, _ in NUMBER.findall(head)}
-    return bool(mark) and b"vertex" in names and b"face" not in names
+    numbers = _numbers(path)
+    return b"vertex" in numbers and b"face" not in numbers
 
 
 def read_ply(path: Path) -> Soup:
@@ -39,6 +37,8 @@ def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndar
     if not path.stat().st_size:
         raise InputError("the file is empty")
     try:
+        if sum(map(int, _numbers(path).values())) > path.stat().st_size:
+            raise ValueError("its header states more elements than the file has bytes")
         found = {element.name: element.data for element in _parsed(path)}
         vertices = found.get("vertex", np.zeros(0, []))
         names = vertices.dtype.names or ()
@@ -54,6 +54,13 @@ def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndar
         return columns, corners.astype(np.int64), sizes
     except (PlyParseError, ValueError, LookupError, OverflowError, MemoryError) as error:
         raise InputError(f"not a readable PLY file: {brief(error)}") from None
+
+
+def _numbers(path: Path) -> dict[bytes, bytes]:
+    """Number of elements of each name that the header states, in decimal digits, if not zero."""
+    with path.open("rb") as file:
+        head, mark, _ = file.read(HEADER).partition(b"end_header")
+    return dict(NUMBER.findall(head)) if mark else {}
 
 
 def _parsed(path: Path) -> PlyData:
