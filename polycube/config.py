@@ -131,6 +131,9 @@ class PluginSource(StructuredConfigSource):
         ConfigSource.__init__(self, provider, path)
         self.store = _plugin_store()
 
+    def __deepcopy__(self, _: object) -> "PluginSource":
+        return self  # Hydra copies all sources for each configuration, and none is changed
+
     @staticmethod
     def scheme() -> str:
         """Scheme of the address of this source."""
