@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.surface.curves.cusps import BLEND, MOST, OFF, without_cusps
@@ -48,6 +48,7 @@ def test_the_fork_of_a_wedge_lies_in_its_middle_where_it_is_twice_the_distance_w
         assert before.nearest(far)[1] == pytest.approx(0, abs=1e-12)
 
 
+@settings(deadline=None)
 @given(st.floats(np.deg2rad(0.1), np.deg2rad(7)))
 def test_a_common_path_is_near_both_curves_and_no_longer_than_allowed(angle) -> None:
     before = wedge(angle)
