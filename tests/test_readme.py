@@ -127,7 +127,7 @@ def test_the_readme_is_one_screen() -> None:
 @pytest.mark.slow
 def test_the_script_of_the_readme_runs(capfd, tmp_path: Path) -> None:
     [script] = scripts(ROOT / "README.md")
-    quick = script.replace('"part.step", size="4%"', '"example:dice", size="14%"')
+    quick = script.replace('"part.step", size="4%"', '"example:rod", size="14%"')
     quick = quick.replace("part.inp", str(tmp_path / "part.inp"))
     known: dict = {}
     exec(quick, known)
@@ -147,16 +147,16 @@ def test_the_commands_of_the_readme_run(tmp_path: Path) -> None:
     """On a made part, with fewer hexes and without what only takes time."""
     from polycube.examples.parts import example
 
-    part = example("dice")
+    part = example("rod")
     rows = [f"v {x} {y} {z}\n" for x, y, z in part.vertices.tolist()]
     rows += [f"f {a} {b} {c}\n" for a, b, c in (part.faces + 1).tolist()]
     (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "dice.obj").write_text("".join(rows))
+    (tmp_path / "parts" / "rod.obj").write_text("".join(rows))
     for line in lines(ROOT / "README.md"):
         words = shlex.split(line)
         if words[0] == "make":
             continue
-        words = [re.sub(r"^part\.\w+$", "parts/dice.obj", word) for word in words]
+        words = [re.sub(r"^part\.\w+$", "parts/rod.obj", word) for word in words]
         words = ["context=[cube]" if word.startswith("context=") else word for word in words]
         if words[1] == "infer.py":
             words = [word for word in words if "meshing.size" not in word]
