@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from polycube.hexmesh.connectivity import check_conforming, edge_valence, genus
+from polycube.hexmesh.connectivity import check_conforming, edge_valence, genus, hex_mesh
 from polycube.hexmesh.quality import volume
 from polycube.plugins.structure.background.moved_back import collapsed
 from polycube.types import HexMesh
@@ -59,3 +59,14 @@ def test_one_line_is_left_and_another_one_collapsed():
     found = collapsed(mesh, np.concatenate([along(mesh), other]), fixed)
     check_conforming(found)
     assert len(found.hexes) == 64 - 4
+
+
+def test_a_line_that_ends_inside_the_mesh_is_left():
+    """A post of 2 x 2 below a slab of 3 x 3."""
+    box = hex_box((3, 3, 3), (3, 3, 3))
+    x, y, z = box.vertices[box.hexes].mean(axis=1).T
+    mesh = hex_mesh(box.vertices - [1, 1, 0], box.hexes[(z > 2) | ((x > 1) & (y > 1))])
+    at = np.flatnonzero((mesh.vertices[:, :2] == 0).all(axis=1))
+    at = at[np.argsort(mesh.vertices[at, 2])][:3]
+    ends = np.stack([at[:-1], at[1:]], axis=1)
+    assert len(collapsed(mesh, ends, np.zeros(len(mesh.vertices), bool)).hexes) == 9 + 8

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import polycube
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import Sizes
 from polycube.hexmesh.connectivity import check_conforming, genus
@@ -20,6 +21,7 @@ from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.stack import stack
 from polycube.plugins.structure.background.upright import Upright, upright
 from polycube.surface import measures
+from polycube.surface.edge_splits import refined
 from polycube.types import HexMesh, TriMesh
 from tests.conftest import first_quick
 from tests.fixtures import columns
@@ -172,6 +174,9 @@ def test_blocks_with_rounded_corners_are_swept(name, tmp_path):
     assert len(mesh.hexes) < 5000
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1e-2)
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.1  # before the fit
+    fitted = polycube.mesh(surface, order=["meshing"]).hexes
+    assert np.array_equal(fitted.hexes, mesh.hexes)
+    assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.5
     assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
 
 
@@ -349,3 +354,33 @@ def test_the_numbers_of_hexes_at_faces_are_reached(tmp_path):
     requests = [{"at": "hole_1", "around": 16}, {"at": "hole_2", "around": 14}]
     mesh = hexes_of(surface, at=requests)
     assert max(missing(mesh, surface, requests_of(requests))) <= 0
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi])
+def test_the_back_of_a_rib_becomes_square(turn):
+    """Half of it becomes a wall over its lower end, half a plane at the height of its upper end."""
+    back = [(12 - 3 * k, 1 + 2 * k) for k in range(4)]
+    profile = [(0, 0), (12, 0), *back, (0, 7)]
+    surface = prism((profile, [range(7)]))
+    vertices, faces, parent = refined(surface.vertices, surface.faces, 2.5)
+    surface = TriMesh(vertices[:, [2, 0, 1]], faces, surface.region[parent])
+    spun = surface.vertices @ Rotation.from_rotvec([0, turn, 0]).as_matrix()  # or hanging down
+    part = set_upright(replace(surface, vertices=spun), UP)
+    assert measures.volume(part.surface) == pytest.approx(12 * 7 * 2)
+    assert len(part.split) == 1
+    assert np.diff(np.sort(part.levels)) == pytest.approx(np.full(10, 0.5))
+
+
+@pytest.mark.slow
+def test_a_rib_between_a_post_and_its_foot_is_swept(tmp_path):
+    surface, _ = read_surface(write("ribbed", tmp_path))
+    mesh = hexes_of(surface)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface) == 1
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=5e-3)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.1  # before the fit
+    fitted = polycube.mesh(surface, order=["meshing"]).hexes
+    assert np.array_equal(fitted.hexes, mesh.hexes)
+    assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.5
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
+    assert len(mesh.hexes) < 2500

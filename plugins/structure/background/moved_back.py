@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import CORNERS, EDGES, edges, genus, hex_mesh, quad_edges
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
@@ -50,6 +52,7 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     slides = on_curve & ~on_corner & ~is_given & np.isin(curve, curve[is_given])
     found = harmonic(x, along, np.flatnonzero(slides), found)
     found = harmonic(x, rims, np.setdiff1d(outer, np.flatnonzero(on_curve | is_given)), found)
+    found += _unfolding(x + found, mesh, straight.surface)
     vertices = x + harmonic(x, edges(mesh.hexes), np.setdiff1d(np.arange(len(x)), outer), found)
     mesh = replace(mesh, vertices=vertices)
     is_inverted = scaled_jacobian(vertices, mesh.hexes) < 0
@@ -62,12 +65,37 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     return mesh
 
 
+def _regions(x: np.ndarray, quads: np.ndarray, surface: TriMesh) -> np.ndarray:
+    """(Q,) the face of a surface at the middle of each quad."""
+    tree = closest.tree(surface.vertices[surface.faces])
+    return surface.region[closest.closest(tree, x[quads].mean(axis=1))[1]]
+
+
+def _unfolding(moved: np.ndarray, mesh: HexMesh, surface: TriMesh) -> np.ndarray:
+    """Shifts (V, 3) of moved vertices, smoothed in planes of a surface that have folded quads."""
+    quads, shift, near = mesh.quads, np.zeros_like(moved), ON * diagonal(surface)
+    region = _regions(mesh.vertices, quads, surface)
+    sides, pair = quad_edges(quads)
+    rim = sides[region[pair[:, 0]] != region[pair[:, 1]]]
+    for number in np.unique(region):
+        used, own = np.unique(quads[region == number], return_inverse=True)
+        own, place = own.reshape(-1, 4), moved[used] - moved[used].mean(axis=0)
+        rows = np.linalg.svd(place, full_matrices=False)[2]
+        flat = place @ rows.T
+        a, b, c, d = np.moveaxis(flat[own, :2], 1, 0)
+        if cross(c - a, d - b).sum() < 0:
+            rows[0], flat[:, 0] = -rows[0], -flat[:, 0]
+        if abs(flat[:, 2]).max() < near and sines(flat[:, :2], own).min() < 0:
+            smooth = smoothed(flat[:, :2], own, ~np.isin(used, rim))
+            shift[used] = (smooth - flat[:, :2]) @ rows[:2]
+    return shift
+
+
 def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
     """Let two hexes meet where a rounding leaves the wall for the plane, if it has rows enough."""
     surface = straight.surface
     places, faces = surface.vertices, surface.faces
-    corners = mesh.vertices[mesh.quads]
-    region = surface.region[closest.closest(closest.tree(places[faces]), corners.mean(axis=1))[1]]
+    region = _regions(mesh.vertices, mesh.quads, surface)
     sides, pair = quad_edges(mesh.quads)
     known = {tuple(each) for each in straight.split.tolist()}
     own = [(a, b) in known or (b, a) in known for a, b in region[pair].tolist()]
@@ -120,7 +148,7 @@ def collapsed(mesh: HexMesh, ends: np.ndarray, is_fixed: np.ndarray) -> HexMesh:
 
     Where one hex was at an edge, two hexes meet then, as in a disc of three blocks a quarter.
     Connected edges are left as they are if one of them has more than one hex, if a hex has more
-    than one of them, or if a vertex beside them is fixed.
+    than one of them, if they end inside the mesh, or if a vertex beside them is fixed.
 
     ends : (E, 2) vertices of boundary edges
     is_fixed : (V,) whether a vertex cannot become one with another
@@ -136,6 +164,14 @@ def collapsed(mesh: HexMesh, ends: np.ndarray, is_fixed: np.ndarray) -> HexMesh:
     for each in (at, own):
         _, place, count = np.unique(each, return_inverse=True, return_counts=True)
         bad |= count[place] > 1
+    # the faces at both ends of a hex are also those of another such hex, or on the boundary
+    quads = mesh.quads
+    near = np.sort(np.stack([np.roll(quads, k, axis=1) for k in (1, -1)], axis=2), axis=2)
+    inner = np.concatenate([corner[..., None], np.sort(beside, axis=2)], axis=2).reshape(-1, 3)
+    outer = np.concatenate([quads[..., None], near], axis=2).reshape(-1, 3)
+    every = np.concatenate([inner, outer])
+    _, place, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
+    bad |= (count[place.ravel()[: len(inner)]] == 1).reshape(-1, 2).any(axis=1)
     good = ~np.isin(line[corner[:, 0]], line[corner[bad, 0]])
     one, two = beside[good].reshape(-1, 2).T
     name = connected(one, two, size)

@@ -103,9 +103,15 @@ class SquaredOff(NamedTuple):
 
 
 def squared_off(
-    at: np.ndarray, before: np.ndarray, face: Leaning, base: int, chord: float, any_sign: bool
+    at: np.ndarray,
+    before: np.ndarray,
+    face: Leaning,
+    base: int,
+    chord: float,
+    any_sign: bool,
+    rows: int | None = None,
 ) -> SquaredOff | None:
-    """Make the rounding of an edge between a wall and a cap square, in place.
+    """Make the rounding of an edge between a wall and a cap square, in place, or the back of a rib.
 
     Then four hexes meet at each of its borders, where the part is smooth.
 
@@ -115,6 +121,7 @@ def squared_off(
     base : number of its border at the wall
     chord : largest distance of an edge from the rounding
     any_sign : whether the rounding may be concave
+    rows : number of hexes along each half of the back of a rib if it is plane; None for a rounding
     """
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
     vectors = triangle_vectors(before[face.faces])
@@ -122,7 +129,8 @@ def squared_off(
     at_foot, at_top = (
         np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
     )
-    if steep[at_foot].mean() > TANGENT or steep[at_top].mean() < np.sqrt(1 - TANGENT**2):
+    is_tangent = steep[at_foot].mean() < TANGENT and steep[at_top].mean() > np.sqrt(1 - TANGENT**2)
+    if rows is None and not is_tangent:
         return None
     used, faces = np.unique(face.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
@@ -135,6 +143,7 @@ def squared_off(
     rise = (before[used, 2] - low) / (high - low)
     run = 1 - np.linalg.norm(out, axis=1) / np.linalg.norm(outer - inner, axis=1)
     share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
+    share[np.searchsorted(used, foot)], share[np.searchsorted(used, top)] = 0, 1
     upper = share[faces].mean(axis=1) > 0.5
     is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
     share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
@@ -142,7 +151,8 @@ def squared_off(
     profile = np.column_stack([before[used, 2], np.linalg.norm(out, axis=1)])
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
-    parts = (len(between(profile, chord)) + 2) // 2
+    number = len(between(profile, chord))
+    parts = max((number + 2) // 2, 1 if rows is None else 2 if number else rows)
     is_split = is_convex and parts > 1  # the column of hexes there is collapsed
     parts += is_split
     in_plane = np.clip(2 * share - 1, 0, 1)

@@ -3,8 +3,8 @@
 A face that leans has two borders at constant heights. If only one of them is at a wall, the face
 becomes a wall over it. If both are, or if the face is shallow, it becomes a plane at the height of
 one of them. The convex rounding of an edge between a wall and a cap becomes square, and so do the
-round end of a lug between two caps, holes and bosses across the axis. Faces that slope but have
-other borders become flat.
+round end of a lug between two caps, the back of a rib, holes and bosses across the axis. Faces that
+slope but have other borders become flat.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from polycube.types import TriMesh
 
 from .holes import Pairs, holes_across
 from .leaning import Leaning, between, is_loop, leaning, over
+from .ribs import levelled, squared_rib
 from .squared import round_end, square, squared_off
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ WALL = 0.03  # largest mean cosine of a wall
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
 FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
+ARCH = 1.05  # largest height of a face between two walls, relative to that between its borders
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
 
 
@@ -92,6 +94,8 @@ def upright(
     beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
+    if may_slope:
+        given = [n for n in given if not levelled(surface, at, n, beyond, near, sizes.size)]
     flat = _set_flat(surface, at, beyond, given, is_cap) if may_slope else []
     is_cap[flat] = True
     waiting = {}
@@ -110,16 +114,19 @@ def upright(
         )
         face = waiting.pop(number)
         ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
+        found = None
         if sorted(ends) == [(False, True), (True, False)]:
             found = squared_off(at, before, face, ends.index((True, False)), sizes.chord, has_tip)
-            if found is not None:
-                region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
-                split += [(number, len(is_wall))] * found.is_split
-                is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
-                is_wall[number] = True
-                levels.append(found.levels)
-                fine.append(found.fine)
-                continue
+        if found is None and may_slope:
+            found = squared_rib(at, before, face, sizes.size, sizes.chord)
+        if found is not None:
+            region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
+            split += [(number, len(is_wall))] * found.is_split
+            is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
+            is_wall[number] = True
+            levels.append(found.levels)
+            fine.append(found.fine)
+            continue
         if min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
         if len(ends) == 2 and all(at_cap for _, at_cap in ends):
@@ -133,6 +140,10 @@ def upright(
                 levels.append(end.levels)
                 fine.append(end.fine)
                 continue
+        high = [before[border.vertices, 2].mean() for border in face.borders]
+        is_arch = np.ptp(before[face.faces, 2]) > ARCH * (max(high) - min(high))
+        if is_arch and len(ends) == 2 and all(at_wall for at_wall, _ in ends):
+            _refuse(surface, number)
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
         if is_wall[number]:

@@ -27,9 +27,9 @@ CHORDS = 0.02  # of the area of all cells: the same, for the chords of its curve
 SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 # of the diagonal: sizes below which details are merged, one after the other
-DETAILS = 1e-5, 5e-4, 1e-3
+DETAILS = 1e-5, 5e-4, 1e-3, 2e-3
 ENOUGH = 0.1  # smallest sine of an angle of the quads above which no more details are merged
-BETTER = 0.08  # by how much it must be larger for each of these sizes
+BETTER = 0.08  # by how much it must be larger for each of these sizes, at most twice
 ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
 
@@ -181,7 +181,7 @@ def section_of(
             reasons.append(reason)
             continue
         least = float(sines(flat.vertices, flat.quads).min())
-        found.append((least - BETTER * len(found), flat, cut, full))
+        found.append((least - BETTER * min(len(found), 2), flat, cut, full))
         if least > ENOUGH:
             break
     if not found:
