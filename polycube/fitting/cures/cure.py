@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.fitting.cures import losses
-from polycube.fitting.cures.envelope import fit_in_envelope, refit
+from polycube.fitting.cures.envelope import evaluated, fit_in_envelope, refit
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs, with_flat_corners
 from polycube.fitting.cures.insertion import SUFFICIENT, Place, Trial, inserted, placed
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
@@ -36,12 +36,14 @@ BUDGET, FEW = 2000, 3000
 FURTHER = 0.5  # the share of this work for hexes that are not poor
 ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of poor hexes
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
-# limits for features in an envelope; final checks use other samples
-LIMITS = (0.95 * TOLERANCE, TOLERANCE)
+LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
 # after a fit that loses features: the share of the envelope for vertices close to them in the next
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
-CLOSE = 2  # rings of hexes around those that are not poor whose vertices move at first
+PARTS = 0.75, 0.5, 0.25  # parts of the moves of such a fit that are tried at last
+# for hexes that are not poor: whether such fits are taken in part, or without being moved back,
+# whether fits start on the surface, and the rings of hexes whose vertices move
+SEQUENCE = tuple((k > 0, k > 1, rings) for k in range(3) for rings in (2, RINGS))
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
@@ -90,23 +92,19 @@ class _Cures:
 
     def __init__(self, fit: Fitted, aim: float, width: float) -> None:
         self.current, self.accepted = fit, 0
-        self._aim, self._width = aim, width
+        self._aim, self._width, self._work = aim, width, 0  # work: evaluations times hexes
         self._tried = np.zeros(len(fit.jacobian), bool)  # hexes that were seeds
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
-        self._work = 0  # evaluations times hexes
         self._limit: float | None = DENSE  # `dense` of `run`
         self._gain = ABSOLUTE_GAIN  # smallest absolute gain
-        self._rings = RINGS  # rings of hexes whose vertices move
+        self._takes_any, self._on_surface, self._rings = False, False, RINGS  # as in SEQUENCE
 
     def raise_to(self, aim: float) -> None:
-        """Improve the hexes below an aim, without sheets, by any absolute gain.
-
-        Fewer vertices move at first, which is less work for each hex.
-        """
+        """Improve the hexes below an aim, without sheets, by any absolute gain."""
         self._aim, self._gain = aim, 0.0
         budget = FURTHER * BUDGET
-        for self._rings in (CLOSE, RINGS):
+        for self._takes_any, self._on_surface, self._rings in SEQUENCE:
             before = -1
             while budget > 0 and self.accepted > before:  # again, next to the improved hexes
                 before = self.accepted
@@ -194,28 +192,41 @@ class _Cures:
         """The fit of a neighbourhood outside of an envelope, if it improves."""
         before = self._before(near)
         trial = Trial(near, refit(near, self._aim, before[0]), *before)
-        return trial if trial.improves(self.current.jacobian.min(), self._gain) else None
+        return trial if self._improves(trial) else None
 
     def _envelope(self, near: Neighbourhood) -> Trial | None:
-        """The fit of a neighbourhood, if it improves; again if it loses features.
+        """The fit of a neighbourhood, if it improves; again or in part if it loses features.
 
-        An invalid hex is repaired even if features are lost.
+        An invalid hex is repaired even then.
         """
         before, held = self._before(near), np.zeros(len(near.moves), bool)
         width, repair = np.full(len(held), self._width), None
+        x, moves = near.problem.mesh.vertices, []
         for share, reach in NARROWER:
-            trial = Trial(near, fit_in_envelope(near, self._aim, width, held), *before)
-            if not trial.improves(self.current.jacobian.min(), self._gain):
+            fits = fit_in_envelope(near, self._aim, width, held, self._on_surface)
+            trials = (Trial(near, each, *before) for each in fits[: 1 + self._takes_any])
+            if (trial := next(filter(self._improves, trials), None)) is None:
                 break
-            lost = placed(self.current, near, trial.found.x).lost(self.current, LIMITS)
-            if not lost.any():
+            if not (lost := self._lost(trial)).any():
                 return trial
+            moves.append(trial.found.x - x)
             repair = repair or (trial if trial.is_repair else None)
-            x, samples = near.problem.mesh.vertices, losses.samples_of(self.current.target)
+            samples = losses.samples_of(self.current.target)
             apart, _ = cKDTree(samples.points[lost[samples.feature]]).query(x)
             is_near = apart < reach * near.problem.size(x)
             width[is_near], held[is_near] = share * self._width, not share
-        return self._refitted(near) if repair is None and before[1] <= 0 else repair
+        if before[1] <= 0:
+            return repair or self._refitted(near)
+        parts = (x + part * move for move in moves if self._takes_any for part in PARTS)
+        trials = (Trial(near, evaluated(near, part, self._aim), *before) for part in parts)
+        return next((t for t in trials if self._improves(t) and not self._lost(t).any()), None)
+
+    def _improves(self, trial: Trial) -> bool:
+        return trial.improves(self.current.jacobian.min(), self._gain)
+
+    def _lost(self, trial: Trial) -> np.ndarray:
+        """(F,) whether a feature is lost by a trial, or about to be."""
+        return placed(self.current, trial.near, trial.found.x).lost(self.current, LIMITS)
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a neighbourhood, its least scaled Jacobian, and the largest distances."""

@@ -127,15 +127,22 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
 
 
 def fit_in_envelope(
-    near: Neighbourhood, aim: float, width: float | np.ndarray, held: np.ndarray
-) -> Refit:
+    near: Neighbourhood,
+    aim: float,
+    width: float | np.ndarray,
+    held: np.ndarray,
+    on_surface: bool = False,
+) -> tuple[Refit, Refit]:
     """The best positions found with the boundary in an envelope of the surface.
+
+    Returns them moved back to their goals where the worst hex stays as good, and as found.
 
     near : the neighbourhood
     aim : scaled Jacobian above which hexes have no cost
     width : largest distance of vertices from their goals, in diagonals, or their present distance
         if that is larger; of all, or (N',) of each
     held : (N',) vertices that do not move
+    on_surface : whether to start from positions moved back to their goals
     """
     problem, free = near.problem, replace(near, moves=near.moves & ~held)
     x = problem.mesh.vertices.copy()
@@ -143,6 +150,7 @@ def fit_in_envelope(
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     permitted = _permitted_distance(near, np.linalg.norm(x - at.place(problem, x), axis=1), width)
     best = evaluated(near, x, aim)
+    x = at_goals(free, x, SNAPPED[0]) if on_surface else x
     for beta in np.repeat(BETAS, ROUNDS):
         least = energy.least_determinant(x, problem.hexes, lengths)
         if least <= 0 or best.least >= aim:
@@ -161,7 +169,7 @@ def fit_in_envelope(
         best = min(best, evaluated(near, x, aim), key=lambda each: each.cost)
     least = min(aim, best.least)
     returned = evaluated(near, at_goals(free, best.x, least), aim)
-    return returned if returned.least >= least - WORSE else best
+    return returned if returned.least >= least - WORSE else best, best
 
 
 def _energy(near: Neighbourhood, whole: Function, x: np.ndarray) -> tuple[float, np.ndarray]:

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.cure import cure
-from polycube.fitting.cures.fitted import hex_costs
+from polycube.fitting.cures.cure import _Cures, cure
+from polycube.fitting.cures.fitted import fitted, hex_costs
+from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.hexmesh import connectivity
 from polycube.hexmesh.crossings import crossings
 from polycube.hexmesh.inspection import inspect
@@ -67,6 +68,34 @@ def test_further_hexes_are_improved_without_sheets(cured, more):
     assert least(found) > least(cured) + 0.1 * more
     assert np.array_equal(found.hexes, cured.hexes)
     assert not any(each.is_lost for each in inspect(found, surface).features)
+
+
+class Bounded(_Cures):
+    """Cures that lose all features if a vertex moves farther than `most`."""
+
+    most = 1.0
+
+    def _lost(self, trial):
+        way = np.linalg.norm(trial.found.x - trial.near.problem.mesh.vertices, axis=1).max()
+        return np.full(len(self.current.away), way > self.most)
+
+
+@pytest.mark.parametrize("takes_any", [True, False])
+def test_a_fit_that_loses_features_is_accepted_in_part_at_last(takes_any):
+    surface, mesh = lattice_on_rod()
+    cures = Bounded(fitted(mesh, target(surface)), 0.4, 0.0015)
+    cures._takes_any = takes_any
+    near = neighbourhood(cures.current, np.array([cures.current.jacobian.argmin()]))
+    whole = cures._envelope(near)
+    move = whole.found.x - near.problem.mesh.vertices
+    cures.most = 0.6 * np.linalg.norm(move, axis=1).max()
+    part = cures._envelope(near)
+    if takes_any:
+        expected = 0.5 * move
+        np.testing.assert_allclose(part.found.x - near.problem.mesh.vertices, expected, atol=1e-12)
+        assert whole.before > part.found.cost > whole.found.cost
+    else:
+        assert part is None
 
 
 @pytest.mark.slow

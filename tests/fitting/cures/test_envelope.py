@@ -26,7 +26,7 @@ def near():
 
 @pytest.fixture(scope="module")
 def found(near):
-    return {width: fit_in_envelope(near, AIM, width, none(near)) for width in WIDTHS}
+    return {width: fit_in_envelope(near, AIM, width, none(near))[0] for width in WIDTHS}
 
 
 def none(near):
@@ -53,7 +53,7 @@ def test_vertices_at_the_limit_of_a_curve_do_not_spoil_the_fit(found):
 def test_each_vertex_has_its_own_envelope(near):
     start = near.problem.mesh.vertices
     width = np.where(np.arange(len(start)) % 2, 0.0015, 0.0)
-    found = fit_in_envelope(near, AIM, width, none(near))
+    found, _ = fit_in_envelope(near, AIM, width, none(near))
     allowed = np.maximum(width, away(near, start))
     assert (away(near, found.x) <= allowed + 1e-6).all()
     assert (away(near, found.x) > 0.0005).any()
@@ -71,10 +71,21 @@ def test_poor_hexes_cost_less(near, found):
     assert max(costs[1:]) < 0.6 * costs[0]
 
 
+@pytest.mark.parametrize("on_surface", [False, True])
+@pytest.mark.parametrize("more", [0.001, 0.02, 0.1])
+def test_positions_that_are_not_moved_back_cost_no_more_than_before(near, more, on_surface):
+    start = evaluated(near, near.problem.mesh.vertices, AIM)
+    aim = start.least + more
+    returned, found = fit_in_envelope(near, aim, 0.0015, none(near), on_surface)
+    assert found.cost <= evaluated(near, start.x, aim).cost
+    assert returned.least >= min(aim, found.least) - 0.002
+    assert away(near, returned.x).sum() <= away(near, found.x).sum() + 1e-9
+
+
 def test_held_vertices_do_not_move(near):
     start, held = near.problem.mesh.vertices, none(near)
     held[np.flatnonzero(near.moves)[::3]] = True
-    found = fit_in_envelope(near, AIM, 0.0015, held)
+    found, _ = fit_in_envelope(near, AIM, 0.0015, held)
     assert np.array_equal(found.x[held], start[held])
     assert not np.array_equal(found.x, start)
 
@@ -87,4 +98,4 @@ def test_a_neighbourhood_without_boundary_is_improved():
     inner = neighbourhood(fit, np.flatnonzero((hexes == middle).any(axis=1))[:1])
     assert not len(inner.problem.outer)
     before = evaluated(inner, inner.problem.mesh.vertices, AIM)
-    assert 0 < before.least < AIM <= fit_in_envelope(inner, AIM, 0.0005, none(inner)).least
+    assert 0 < before.least < AIM <= fit_in_envelope(inner, AIM, 0.0005, none(inner))[0].least
