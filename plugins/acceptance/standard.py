@@ -84,7 +84,9 @@ class Standard(Options, Goal, Acceptance):
         is_cad = len(found.surface.region) > 0
         wanted, power = (self.scaled_jacobian, 2) if is_cad else (self.smooth_jacobian, 1)
         below = 1 - found.scaled_jacobian / wanted
-        n_known = bool(self._lost(found)) + (found.scaled_jacobian < self.poor_jacobian)
+        without = len(found.faces_without_quads)
+        is_poor = found.scaled_jacobian < self.poor_jacobian
+        n_known = (self._lost(found) > without) + (without > 0) + is_poor
         parts = {
             "validity": 3.0 if is_bad >= 4 else 2.5 if is_bad >= 2 else 2.0 * is_bad,
             "features": self._lost_share(found),
@@ -100,11 +102,13 @@ class Standard(Options, Goal, Acceptance):
         """Shortfall for lost features, below 2; 0 within the margin."""
         if not len(found.surface.region):
             return 0.25 * min(1.0, max(0.0, found.creases / self.features - 1))
-        excess = sum(min(1.0, each.excess(self) - 1) for each in sentences.lost(self, found))
-        number, without = max(1, len(found.features)), len(found.lost_faces)
+        lost = [each for each in sentences.lost(self, found) if each.size >= self.detail]
+        excess = sum(min(1.0, each.excess(self) - 1) for each in lost)
+        without = sum(width >= self.detail for width in found.faces_without_quads.values())
+        number = max(1, len(found.features))
         if excess + without <= self.margin * number:
             return 0.0
-        share = ((excess + len(sentences.lost(self, found))) / 2 + without) / number
+        share = ((excess + len(lost)) / 2 + without) / number
         return SOME_LOST + ALL_LOST * share / (share + HALF_LOST)
 
     def _wishes(self, found: Inspection) -> float:
@@ -149,7 +153,7 @@ class Standard(Options, Goal, Acceptance):
         """Number of lost points, curves and faces of a CAD part; 0 or 1 for other surfaces."""
         if not len(found.surface.region):
             return int(found.creases > self.features)
-        return len(found.lost_faces) + len(sentences.lost(self, found))
+        return len(found.faces_without_quads) + len(sentences.lost(self, found))
 
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume exceed their limits."""

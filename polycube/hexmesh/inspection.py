@@ -140,14 +140,28 @@ class Inspection:
         return sum(feature.is_lost for feature in self.features)
 
     @cached_property
+    def faces_without_quads(self) -> dict[int, float]:
+        """CAD faces without a boundary quad, and their mean widths as shares of the diagonal."""
+        surface, widths = self.surface, {}
+        if not len(surface.region):
+            return {}
+        lost = np.setdiff1d(surface.region, quad_regions(self.mesh, surface)[0])
+        for number in lost.tolist():
+            own = surface.region == number
+            ends = surface.vertices[measures.open_edges(surface.faces[own])]
+            border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+            area = measures.face_areas(surface)[own].sum()
+            widths[number] = (
+                float(2 * area / border / measures.diagonal(surface)) if border else np.inf
+            )
+        return widths
+
+    @property
     def lost_faces(self) -> tuple[str, ...]:
         """CAD faces without a boundary quad: the name in the CAD file if unique, or the set."""
-        if not len(self.surface.region):
-            return ()
         names = self.surface.region_names
         unique = {n: name for n, name in enumerate(names, 1) if name and names.count(name) == 1}
-        lost = np.setdiff1d(self.surface.region, quad_regions(self.mesh, self.surface)[0]).tolist()
-        return tuple(unique.get(number, face_set(self.surface, number)) for number in lost)
+        return tuple(unique.get(n, face_set(self.surface, n)) for n in self.faces_without_quads)
 
     @cached_property
     def _on_boundary(self) -> Samples:

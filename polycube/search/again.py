@@ -86,8 +86,10 @@ class Finer(Again):
         verdict = history.outcomes[self.of].verdict
         if not verdict.lost:
             return None
-        features = self.inspection(history).features
-        farthest = max((each.excess(verdict.goal) for each in features), default=np.inf)
+        large = [
+            each for each in self.inspection(history).features if each.size >= verdict.goal.detail
+        ]
+        farthest = max((each.excess(verdict.goal) for each in large), default=np.inf)
         times = float(np.clip(MARGIN * farthest**0.5, MARGIN, STEP))
         return self.asked(history, "finer_options", times)
 

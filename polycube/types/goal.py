@@ -29,6 +29,8 @@ class Goal:
         face
     margin : share of the features that may exceed their limit in a mesh that ends the search,
         weighted by the relative excess
+    detail : size of a feature, or width of a face, below which its loss does not keep the search
+        going, since no hex is so small
     distance : limit of the 99th percentile of the distance in both directions
     distance_limit : a mesh with a larger distance from the surface is not valid
     far_vertices : a larger distance of a boundary vertex from the surface gives a warning
@@ -49,6 +51,7 @@ class Goal:
     features: float = 0.003
     feature_share: float = 0.2
     margin: float = 0.001
+    detail: float = 5e-4
     distance: float = 0.01
     distance_limit: float = 0.05
     far_vertices: float = 0.005

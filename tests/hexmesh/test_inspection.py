@@ -78,6 +78,8 @@ def test_cad_faces_without_a_quad_are_named():
     assert inspect(with_boss, part).lost_faces == ()
     found = inspect(plain, part)
     assert found.lost_faces == ("cad_face_2", "cad_face_3", "TIP")
+    widths = list(found.faces_without_quads.values())  # unit squares: 2 area / border
+    np.testing.assert_allclose(widths, 0.5 / np.linalg.norm([5, 5, 2]))
 
 
 def test_measurements_are_lazy_and_cached():

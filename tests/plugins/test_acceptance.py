@@ -19,6 +19,7 @@ from tests.fixtures.hexmeshes import (
     hex_beam,
     hex_box,
     surface_of,
+    unit_cubes,
 )
 from tests.fixtures.polycubes import bar, cut
 from tests.fixtures.surfaces import box as surface_box
@@ -188,6 +189,30 @@ def test_a_small_excess_of_few_features_is_within_the_margin():
     assert found.lost == 3 and "features" not in found.shortfall
     strict = Standard(margin=0.0)(off, part)
     assert strict.shortfall["features"] > 0 and found.key > strict.key
+
+
+def test_lost_details_are_reported_but_do_not_keep_the_search_going():
+    part, square = drilled_plate_surface(), drilled_plate(4)
+    every, detail = JUDGE(square, part), Standard(detail=0.1)(square, part)
+    assert detail.lost == every.lost == 2 and detail.warnings == every.warnings
+    assert "features" not in detail.shortfall and detail.key > every.key
+
+
+@pytest.mark.parametrize(("height", "counts"), [(0.015, True), (0.001, False)])
+def test_faces_without_quads_count_only_if_they_are_no_details(height, counts):
+    """A block whose boss of this height is missing; the distance is permitted."""
+    around = tuple((x, y, 1) for x in range(5) for y in range(5) if (x, y) != (2, 2))
+    vertices, cubes = unit_cubes(5, 5, 2, missing=around)
+    with_boss = hex_mesh(vertices, cubes)
+    middle = with_boss.vertices[with_boss.quads].mean(axis=1)
+    region = np.where((middle[:, 2] > 1) & (middle[:, 2] < 2), 2, 1)
+    low = with_boss.vertices.copy()
+    low[:, 2] = np.where(low[:, 2] > 1, 1 + height, low[:, 2])
+    part = surface_of(moved(with_boss, low), region)
+    found = Standard(detail=0.001)(hex_mesh(*unit_cubes(5, 5, 1)), part)
+    assert "1 CAD face has no quad: cad_face_2" in str(found)
+    assert ("features" in found.shortfall) == counts
+    assert "warnings" not in found.shortfall
 
 
 @pytest.mark.parametrize(

@@ -124,6 +124,8 @@ def test_the_size_follows_from_the_excess_of_the_farthest_feature(excess, surfac
 
     @dataclass(frozen=True)
     class Feature:
+        size: float = 1.0
+
         def excess(self, goal: object) -> float:
             return excess
 
