@@ -8,7 +8,7 @@ import pytest
 from polycube.io.bezier import write_solution
 from polycube.registry import build
 from polycube.report.numbers import formatting, solutions
-from polycube.report.page import solutions as page
+from polycube.report.page import sections as page
 from polycube.report.pictures import fields
 from polycube.report.pictures.fields import tessellate
 from polycube.report.pictures.pictures import makers, pictures
