@@ -9,6 +9,7 @@ from polycube.errors import InputError
 
 FAN = 6  # polygons with more corners are cut ear by ear, also if they are convex
 MOST = 10**9  # largest product of the numbers of corners and of reflex corners of a polygon
+FEWER = 512  # ears after which the list of reflex corners is made shorter
 
 
 class Soup(NamedTuple):
@@ -127,6 +128,11 @@ def _ears(points: np.ndarray, reflex: np.ndarray) -> np.ndarray:
             after[a], before[c] = c, a
             tried = 0
             i = after[c]  # not the next corner, for triangles of similar angles
+            if count % FEWER == 0:  # corners that are cut or no longer reflex are in no other ear
+                back, ahead = points[before[reflex]], points[after[reflex]]
+                back, ahead = points[reflex] - back, ahead - points[reflex]
+                turn = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
+                reflex = reflex[is_left[reflex] & (turn < 0)]
         else:
             tried += 1
             i = c
