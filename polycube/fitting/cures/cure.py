@@ -41,9 +41,9 @@ LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
 PARTS = 0.75, 0.5, 0.25  # parts of the moves of such a fit that are tried at last
-# for hexes that are not poor: whether such fits are taken in part, or without being moved back,
-# whether fits start on the surface, and the rings of hexes whose vertices move
-SEQUENCE = tuple((k > 0, k > 1, rings) for k in range(3) for rings in (2, RINGS))
+# for hexes that are not poor: the rings of hexes whose vertices move, and whether fits start on the
+# surface and are taken in part, or without being moved back, if they are not successful otherwise
+SEQUENCE = (2, False), (RINGS, False), (2, True), (RINGS, True)
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
@@ -98,13 +98,13 @@ class _Cures:
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._limit: float | None = DENSE  # `dense` of `run`
         self._gain = ABSOLUTE_GAIN  # smallest absolute gain
-        self._takes_any, self._on_surface, self._rings = False, False, RINGS  # as in SEQUENCE
+        self._rings, self._is_last = RINGS, False  # as in SEQUENCE
 
     def raise_to(self, aim: float) -> None:
         """Improve the hexes below an aim, without sheets, by any absolute gain."""
         self._aim, self._gain = aim, 0.0
         budget = FURTHER * BUDGET
-        for self._takes_any, self._on_surface, self._rings in SEQUENCE:
+        for self._rings, self._is_last in SEQUENCE:
             before = -1
             while budget > 0 and self.accepted > before:  # again, next to the improved hexes
                 before = self.accepted
@@ -203,8 +203,8 @@ class _Cures:
         width, repair = np.full(len(held), self._width), None
         x, moves = near.problem.mesh.vertices, []
         for share, reach in NARROWER:
-            fits = fit_in_envelope(near, self._aim, width, held, self._on_surface)
-            trials = (Trial(near, each, *before) for each in fits[: 1 + self._takes_any])
+            fits = fit_in_envelope(near, self._aim, width, held, self._is_last)
+            trials = (Trial(near, each, *before) for each in fits[: 1 + self._is_last])
             if (trial := next(filter(self._improves, trials), None)) is None:
                 break
             if not (lost := self._lost(trial)).any():
@@ -217,7 +217,7 @@ class _Cures:
             width[is_near], held[is_near] = share * self._width, not share
         if before[1] <= 0:
             return repair or self._refitted(near)
-        parts = (x + part * move for move in moves if self._takes_any for part in PARTS)
+        parts = (x + part * move for move in moves if self._is_last for part in PARTS)
         trials = (Trial(near, evaluated(near, part, self._aim), *before) for part in parts)
         return next((t for t in trials if self._improves(t) and not self._lost(t).any()), None)
 

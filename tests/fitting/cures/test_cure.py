@@ -80,17 +80,17 @@ class Bounded(_Cures):
         return np.full(len(self.current.away), way > self.most)
 
 
-@pytest.mark.parametrize("takes_any", [True, False])
-def test_a_fit_that_loses_features_is_accepted_in_part_at_last(takes_any):
+@pytest.mark.parametrize("is_last", [True, False])
+def test_a_fit_that_loses_features_is_accepted_in_part_at_last(is_last):
     surface, mesh = lattice_on_rod()
     cures = Bounded(fitted(mesh, target(surface)), 0.4, 0.0015)
-    cures._takes_any = takes_any
+    cures._is_last = is_last
     near = neighbourhood(cures.current, np.array([cures.current.jacobian.argmin()]))
     whole = cures._envelope(near)
     move = whole.found.x - near.problem.mesh.vertices
     cures.most = 0.6 * np.linalg.norm(move, axis=1).max()
     part = cures._envelope(near)
-    if takes_any:
+    if is_last:
         expected = 0.5 * move
         np.testing.assert_allclose(part.found.x - near.problem.mesh.vertices, expected, atol=1e-12)
         assert whole.before > part.found.cost > whole.found.cost
