@@ -31,10 +31,9 @@ def elastic_forces(
     points, displacement : (B, 3) coefficients.  nodes : (E, 64).  shear, lame : moduli, also (E,)
     """
     line, weights = gauss(n_gauss)
-    given = bernstein(line), derivative(line), weights
+    given = bernstein(line), derivative(line), weights, np.outer(weights, weights).ravel()
     displacement = np.ascontiguousarray(displacement)
-    moduli = np.empty((len(nodes), 2))
-    moduli[:] = np.stack(np.broadcast_arrays(shear, lame), axis=-1)
+    moduli = np.zeros((len(nodes), 2)) + np.stack(np.broadcast_arrays(shear, lame), axis=-1)
     work = [
         partial(_forces, points, nodes[p], displacement, *given, moduli[p])
         for p in parts(len(nodes), LEAST)
@@ -50,20 +49,20 @@ def _forces(
     values: np.ndarray,
     slopes: np.ndarray,
     weights: np.ndarray,
+    square: np.ndarray,
     moduli: np.ndarray,
 ) -> np.ndarray:
-    """(B, 3) forces of some elements; values and slopes (n, 4) of the polynomials on a line."""
+    """(B, 3) forces of some elements; values, slopes (n, 4), weights (n,) on a line, and (n^2,)."""
     n = len(values)
-    found = np.zeros(points.shape)
+    found, of_lanes = np.zeros(points.shape), np.empty((2, LANES))
     net, place = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
     moved, by_net, slope = np.empty_like(net), np.empty_like(net), np.empty_like(place)
     planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
-    square, of_lanes = np.outer(weights, weights).ravel(), np.empty((2, LANES))
     for start in range(0, len(nodes), LANES):
         _gather(points, nodes, start, net)
         _gather(displacement, nodes, start, moved)
         for at in range(LANES):
-            of_lanes[:, at] = moduli[min(start + at, len(nodes) - 1)]
+            of_lanes[0, at], of_lanes[1, at] = moduli[min(start + at, len(nodes) - 1)]
         by_net[:] = 0
         for k in range(n):
             _tangents(net, values, slopes, k, planes, lines, place)
@@ -131,7 +130,7 @@ def _resist(
                     )
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy")
 def _gather(points: np.ndarray, nodes: np.ndarray, start: int, net: np.ndarray) -> None:
     """Points of the elements from `start` on, (192 LANES,); the last batch is padded."""
     for at in range(LANES):
@@ -193,7 +192,7 @@ def _add_back(
     _spread(slopes[k], planes[1], by_net)
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy")
 def _combine(weights: np.ndarray, source: np.ndarray, out: np.ndarray) -> None:
     """Fill `out` (m,) with the combination of the quarters of `source` (4 m,) by weights (4,)."""
     a, b, c, d, m = weights[0], weights[1], weights[2], weights[3], len(out)
@@ -201,7 +200,7 @@ def _combine(weights: np.ndarray, source: np.ndarray, out: np.ndarray) -> None:
         out[r] = a * source[r] + b * source[m + r] + c * source[2 * m + r] + d * source[3 * m + r]
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
+@njit(cache=True, fastmath=FAST, error_model="numpy")
 def _spread(weights: np.ndarray, out: np.ndarray, source: np.ndarray) -> None:
     """The transpose of `_combine`, added to `source`."""
     m = len(out)

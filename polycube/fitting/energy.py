@@ -54,6 +54,7 @@ def energy(
     x : (V, 3), lengths : (H, 3) wanted edge lengths along xi, eta, zeta
     """
     terms = Terms(*map(float, terms))
+    hexes = np.broadcast_to(hexes, hexes.shape)  # read-only, for which alone the code is compiled
     cuts = parts(len(hexes), LEAST)
     gradients = np.zeros((len(cuts), *x.shape))
     values = side_by_side(

@@ -28,9 +28,8 @@ def scaled_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     It is the minimum of det(a, b, c) / (|a| |b| |c|) over the nine frames a, b, c, in [-1, 1]; at
     most 0 for an inverted or flat hex, -1 for an edge without length.
     """
-    return _scaled_jacobian(
-        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)
-    )
+    given = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(hexes, np.int64)
+    return _scaled_jacobian(*(np.broadcast_to(each, each.shape) for each in given))  # read-only
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")

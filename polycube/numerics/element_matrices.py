@@ -42,35 +42,39 @@ def add_elements(
     """
     q, n = len(weights), stiffness.shape[1]
     least, worst, count = np.inf, -1, -1
-    for element in _elements(runs, len(nodes)):
-        own = functions[offsets[element] : offsets[element + 1]]
-        if len(own) != count:
-            count = len(own)
-            extraction, shape = np.empty((count, 64)), np.empty((count, q))
-            slope = np.empty((count, 3 * q))
-            products = np.empty((n * count, n * count))
-            masses = np.empty((count, count))
-        extraction[:] = 0
-        for a in range(count):
-            row = offsets[element] + a
-            for k in range(starts[row], starts[row + 1]):
-                extraction[a, places[k]] = coefficients[k]
-        at = points[nodes[element]].T.copy()
-        inverse, det = _inverse(np.dot(at, gradients).reshape(3, 3, q))
-        if det.min() < least:
-            least, worst = det.min(), element
-        if least <= 0:
-            break
-        root = np.sqrt(weights * det)
-        np.dot(extraction, values, shape)
-        shape *= root
-        np.dot(extraction, gradients, slope)
-        _to_space(slope.reshape(count, 3, q), inverse * root)
-        side = slope.reshape(n * count, -1)
-        for end in range(BAND, len(side) + BAND, BAND):
-            products[end - BAND : end, :end] = np.dot(side[end - BAND : end], side[:end].T)
-        np.dot(shape, shape.T, masses)
-        _add(own, indptr, indices, products, stiffness, masses, mass, moduli[element])
+    for run in runs:
+        for element in range(run * RUN, min((run + 1) * RUN, len(nodes))):
+            own = functions[offsets[element] : offsets[element + 1]]
+            if len(own) != count:
+                count = len(own)
+                extraction, shape = np.empty((count, 64)), np.empty((count, q))
+                slope = np.empty((count, 3 * q))
+                products = np.empty((n * count, n * count))
+                masses = np.empty((count, count))
+            extraction[:] = 0
+            for a in range(count):
+                row = offsets[element] + a
+                for k in range(starts[row], starts[row + 1]):
+                    extraction[a, places[k]] = coefficients[k]
+            at = points[nodes[element]].T.copy()
+            inverse, det = _inverse(np.dot(at, gradients).reshape(3, 3, q))
+            if det.min() < least:
+                least, worst = det.min(), element
+            if least <= 0:
+                return least, worst
+            root = np.sqrt(weights * det)
+            np.dot(extraction, values, shape)
+            shape *= root
+            np.dot(extraction, gradients, slope)
+            _to_space(slope.reshape(count, 3, q), inverse * root)
+            side = slope.reshape(n * count, -1)
+            for start in range(0, len(side), BAND):
+                band = np.dot(side[start : start + BAND], side[: start + BAND].T)
+                for r in range(band.shape[0]):
+                    for c in range(band.shape[1]):
+                        products[start + r, c] = band[r, c]
+            np.dot(shape, shape.T, masses)
+            _add(own, indptr, indices, products, stiffness, masses, mass, moduli[element])
     return least, worst
 
 
@@ -81,9 +85,11 @@ def _inverse(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for i in range(3):
         k, m = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
-            r, s = (j + 1) % 3, (j + 2) % 3
-            cofactor[j, i] = jacobian[k, r] * jacobian[m, s] - jacobian[k, s] * jacobian[m, r]
-    det = (jacobian[:, 0] * cofactor[0]).sum(axis=0)
+            a, b, c, d = jacobian[k], jacobian[m], (j + 1) % 3, (j + 2) % 3
+            for p in range(jacobian.shape[2]):
+                cofactor[j, i, p] = a[c, p] * b[d, p] - a[d, p] * b[c, p]
+    own = cofactor[0]
+    det = jacobian[0, 0] * own[0] + jacobian[1, 0] * own[1] + jacobian[2, 0] * own[2]
     return cofactor / det, det
 
 
@@ -123,13 +129,6 @@ def _add(
                     both = lame * products[r + i, c + j] + shear * products[r + j, c + i]
                     stiffness[at, i, j] += both
                     stiffness[at, j, j] += shear * products[r + i, c + i]
-
-
-@njit(cache=True, nogil=True)
-def _elements(runs: np.ndarray, number: int) -> np.ndarray:
-    """Elements of runs, for a given total number."""
-    found = (runs[:, None] * RUN + np.arange(RUN)).ravel()
-    return found[found < number]
 
 
 def zero_matrices(functions: ElementFunctions, size: int, *orders: int) -> list[Symmetric]:

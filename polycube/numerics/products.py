@@ -73,9 +73,9 @@ def _three(
     The compiler vectorises these loops; for blocks of 3 x 3 they are faster than those of scipy.
     """
     k = x.shape[2]
-    here, own = np.empty(3 * k, x.dtype), np.empty(3 * k, x.dtype)
+    own = np.empty(3 * k, x.dtype)
     for row in range(first, last):
-        here[:] = x[row].ravel()
+        here = x[row].ravel()
         own[:] = 0
         end = indptr[row + 1] - 1
         for at in range(indptr[row], end):

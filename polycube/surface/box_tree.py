@@ -59,7 +59,9 @@ def build(centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
             if hi - lo > widest:
                 axis, widest = d, hi - lo
         if e - s > LEAF:
-            order[s:e] = order[s:e][np.argsort(centre[order[s:e], axis], kind="mergesort")]
+            own = order[s:e].copy()
+            for k, place in enumerate(np.argsort(centre[own, axis], kind="mergesort"), s):
+                order[k] = own[place]
             middle = (s + e) // 2
             # right child: after all nodes of the left part
             begin[top], end[top], parent[top] = middle, e, node

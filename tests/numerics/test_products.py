@@ -11,7 +11,7 @@ def random_matrix(size, n, dtype=np.float64):
     dense = rng.normal(size=(size, n, size, n)).astype(dtype)
     dense = dense + dense.transpose(2, 3, 0, 1)
     row, column = np.nonzero(np.tri(size, dtype=bool) & ~np.tri(size, k=-9, dtype=bool))
-    indptr = np.searchsorted(row, np.arange(size + 1))
+    indptr = np.searchsorted(row, np.arange(size + 1)).astype(np.int32)
     mask = np.zeros((size, size), bool)
     mask[row, column] = mask[column, row] = True
     dense *= mask[:, None, :, None]

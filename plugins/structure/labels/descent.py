@@ -106,7 +106,8 @@ def _single(
                     sign[cut] = -sign[cut]
                 if cost < best - TINY:
                     best, least_faults, at, new, flip = cost, count, g, value, turn == 1
-        label[:] = old
+        for k in range(len(label)):
+            label[k] = old[k]
     if at >= 0:
         _put(groups, at, new, label)
         if flip:
@@ -150,7 +151,8 @@ def _pair(
             used += 1
             if cost < best - TINY:
                 return cost, count, used
-        label[:] = old
+        for at in range(len(label)):
+            label[at] = old[at]
     return best, faults, used
 
 

@@ -48,7 +48,8 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
         order = [(axis + 1) % 3, (axis + 2) % 3, axis]
         full = np.ascontiguousarray(np.pad(occupancy, 1).transpose(order))
         ends = [np.concatenate([[k[0] - far], k, [k[-1] + far]]) for k in (knots[a] for a in order)]
-        edge_numbers, edge_lengths = _scan(full, *ends)
+        across = np.ascontiguousarray(full.transpose(1, 0, 2))
+        edge_numbers, edge_lengths = _scan(full, across, *ends)
         numbers.append(np.column_stack([np.full(len(edge_numbers), axis), edge_numbers]))
         lengths.append(edge_lengths)
     n, x = np.concatenate(numbers), np.concatenate(lengths)
@@ -60,40 +61,35 @@ def edge_runs(occupancy: np.ndarray, knots: PerAxis) -> EdgeRuns:
 
 @njit(cache=True)
 def _scan(
-    full: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
+    full: np.ndarray, across: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Edges along the last axis of padded boxes: (E, 9) numbers and (E, 11) lengths."""
+    """Edges along z of padded boxes, also with x and y swapped: (E, 9) numbers, (E, 11) lengths."""
     n_x, n_y, n_z = full.shape
-    across = full.transpose(1, 0, 2)
     numbers, lengths = np.zeros((n_x * n_y * n_z, 9), np.int64), np.zeros((n_x * n_y * n_z, 11))
     found = 0
     for i in range(n_x - 1):
         for j in range(n_y - 1):
-            last = 1
-            while last < n_z:
-                first, odd = last, _odd(full, i, j, last)
-                last = first + 1
+            for first in range(1, n_z):
+                odd, last = _odd(full, i, j, first), first + 1
+                if odd < 0 or odd == _odd(full, i, j, first - 1):
+                    continue
                 while last < n_z and _odd(full, i, j, last) == odd:
                     last += 1
-                if odd < 0:
-                    continue
                 a, b, kind = odd // 4, odd // 2 % 2, odd % 2
                 run = (first, last)
                 side_u, n_u = _side(full, (i + a, 2 * a - 1), (j + b, j + 1 - b), run, x)
                 side_v, n_v = _side(across, (j + b, 2 * b - 1), (i + a, i + 1 - a), run, y)
                 deep_v = _deep(full, (i + a, 2 * a - 1, n_u), (j + b, 2 * b - 1), run, y)
                 deep_u = _deep(across, (j + b, 2 * b - 1, n_v), (i + a, 2 * a - 1), run, x)
-                numbers[found, :5] = i, j, first - 1, last - 1, 1 - 2 * a
-                numbers[found, 5:7] = 1 - 2 * b, kind
-                numbers[found, 7] = _are_equal(full, i, j, first - 1)
-                numbers[found, 8] = _are_equal(full, i, j, last)
-                lengths[found, :4] = x[i + 1], y[j + 1], z[first], z[last]
-                lengths[found, 4:6] = side_u, side_v
-                lengths[found, 6] = x[i + 2 - a] - x[i + 1 - a]
-                lengths[found, 7] = y[j + 2 - b] - y[j + 1 - b]
-                lengths[found, 8] = z[first] - z[first - 1]
-                lengths[found, 9] = z[last + 1] - z[last]
-                lengths[found, 10] = min(deep_u, deep_v)
+                free = int(_are_equal(full, i, j, first - 1)), int(_are_equal(full, i, j, last))
+                place = (i, j, first - 1, last - 1, 1 - 2 * a, 1 - 2 * b, kind)
+                for k, number in enumerate(place + free):
+                    numbers[found, k] = number
+                beyond = x[i + 2 - a] - x[i + 1 - a], y[j + 2 - b] - y[j + 1 - b]
+                after = z[first] - z[first - 1], z[last + 1] - z[last], min(deep_u, deep_v)
+                at = (x[i + 1], y[j + 1], z[first], z[last], side_u, side_v)
+                for k, length in enumerate(at + beyond + after):
+                    lengths[found, k] = length
                 found += 1
     return numbers[:found], lengths[:found]
 
@@ -102,14 +98,12 @@ def _scan(
 def _odd(full: np.ndarray, i: int, j: int, k: int) -> int:
     """The box that differs from the three others: 4 a + 2 b + full; -1 if there is none."""
     n_full = full[i, j, k] + full[i, j + 1, k] + full[i + 1, j, k] + full[i + 1, j + 1, k]
-    if n_full != 1 and n_full != 3:
-        return -1
     kind = 1 if n_full == 1 else 0
     for a in range(2):
         for b in range(2):
-            if full[i + a, j + b, k] == kind:
-                odd = 4 * a + 2 * b + kind
-    return odd
+            if n_full % 2 == 1 and full[i + a, j + b, k] == kind:
+                return 4 * a + 2 * b + kind
+    return -1
 
 
 @njit(cache=True)
