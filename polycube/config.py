@@ -29,8 +29,7 @@ from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.plugins.config_source import ConfigSource
 from hydra.types import RunMode
-from omegaconf import Container, DictConfig, OmegaConf, open_dict
-from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+from omegaconf import Container, DictConfig, OmegaConf, errors, open_dict
 
 from polycube import HOME
 from polycube.errors import InputError
@@ -62,7 +61,7 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
             with open_dict(cfg):
                 del cfg["hydra"]
             return plain(cfg)
-    except (HydraException, OmegaConfBaseException) as error:
+    except (HydraException, errors.OmegaConfBaseException) as error:
         raise refusal(error) from None
 
 
@@ -178,7 +177,12 @@ def refusal(error: Exception) -> InputError:
         wrong = str(error).splitlines()[0] if "=" in error.override else "it has no ="
         remedy = "write name=value, lists as 'a=[1,2]'"
         return InputError(f"{error.override!r} cannot be read: {wrong}", remedy=remedy)
-    if isinstance(cause, ConfigAttributeError | ConfigKeyError) and cause.parent_node is not None:
+    if isinstance(cause, errors.ConfigTypeError) and "=" in str(error):  # the value of an override
+        name, given, kind = str(cause.full_key), str(error).partition("=")[2], cause.object_type
+        what, right = ("list", f"[{given}]") if kind is list else ("mapping", "{name: value}")
+        return InputError(f"must be a {what}; got {given}", name, f"write '{name}={right}'")
+    missing = errors.ConfigAttributeError, errors.ConfigKeyError
+    if isinstance(cause, missing) and cause.parent_node is not None:
         return _no_option(str(cause.full_key), cause.parent_node)
     return InputError(" ".join(str(cause).split()))
 

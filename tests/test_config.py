@@ -79,6 +79,19 @@ def test_a_wrong_override_is_refused_on_one_line(override: str, message: str) ->
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_a_mapping_in_place_of_a_list_is_refused_with_the_right_form_and_the_reverse() -> None:
+    load = "{at: z_max, force: [0, 0, -5]}"
+    right = f"analysis.loads=[{load}]"
+    with pytest.raises(InputError) as caught:
+        compose("infer", ["analysis=static", f"analysis.loads={load}"])
+    assert str(caught.value) == f"analysis.loads: must be a list; got {load}; write '{right}'"
+    loads = compose("infer", ["analysis=static", right])["analysis"]["loads"]
+    assert loads == [{"at": "z_max", "force": [0, 0, -5]}]
+    with pytest.raises(InputError) as caught:
+        compose("infer", ["cad=[2]"])
+    assert str(caught.value) == "cad: must be a mapping; got [2]; write 'cad={name: value}'"
+
+
 @given(st.text(st.sampled_from("ab\\'\"${}:,=[]() \n\x1b\udcff"), min_size=1, max_size=12))
 def test_quoted_text_is_taken_literally(text: str) -> None:
     [single] = OverridesParser.create().parse_overrides([f"mesh={quote(text)}"])
