@@ -35,14 +35,16 @@ def own_surface(mesh: HexMesh) -> Target:
     return target(TriMesh(mesh.vertices, mesh.quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)))
 
 
-GOAL = own_surface(slot())
+@pytest.fixture(scope="module")
+def goal() -> Target:
+    return own_surface(slot())
 
 
-def test_a_vertex_in_the_other_leg_moves_back_as_little_as_possible():
+def test_a_vertex_in_the_other_leg_moves_back_as_little_as_possible(goal):
     before = slot(left=(2.15, 0, 0))
     assert len(crossings(before))
     assert scaled_jacobian(before.vertices, before.hexes).min() > 0
-    after = without_crossings(before, GOAL)
+    after = without_crossings(before, goal)
     assert not len(crossings(after))
     assert scaled_jacobian(after.vertices, after.hexes).min() > 0
     moved = np.linalg.norm(after.vertices - before.vertices, axis=1)
@@ -53,15 +55,15 @@ def test_a_vertex_in_the_other_leg_moves_back_as_little_as_possible():
     assert set(np.flatnonzero(moved)) <= set(corners.tolist())
 
 
-def test_a_mesh_without_crossings_is_unchanged():
+def test_a_mesh_without_crossings_is_unchanged(goal):
     mesh = slot(left=(1.5, 0, 0))
-    assert without_crossings(mesh, GOAL) is mesh
+    assert without_crossings(mesh, goal) is mesh
 
 
-def test_a_vertex_far_in_the_other_leg_moves_back_and_hexes_are_untangled():
+def test_a_vertex_far_in_the_other_leg_moves_back_and_hexes_are_untangled(goal):
     before = slot(left=(5.0, 0, 0))
     assert len(crossings(before))
-    after = without_crossings(before, GOAL)
+    after = without_crossings(before, goal)
     assert not len(crossings(after))
     assert scaled_jacobian(after.vertices, after.hexes).min() > 0
     moved = np.linalg.norm(after.vertices - before.vertices, axis=1) > 1e-9
@@ -69,10 +71,10 @@ def test_a_vertex_far_in_the_other_leg_moves_back_and_hexes_are_untangled():
     assert np.linalg.norm(slot().vertices[moved] - place, axis=1).max() < 8  # three hexes away
 
 
-def test_a_mesh_that_cannot_be_repaired_is_unchanged():
+def test_a_mesh_that_cannot_be_repaired_is_unchanged(goal):
     many = slot(radius=3.0, left=(2.15, 0, 0))
     assert len(crossings(many)) > MOST and scaled_jacobian(many.vertices, many.hexes).min() > 0
-    assert without_crossings(many, GOAL) is many
+    assert without_crossings(many, goal) is many
     inverted = slot(left=(2.15, 0, 0), right=(3.0, 0, 0))
     assert scaled_jacobian(inverted.vertices, inverted.hexes).min() <= 0
-    assert without_crossings(inverted, GOAL) is inverted
+    assert without_crossings(inverted, goal) is inverted

@@ -72,17 +72,17 @@ def polyline(points: np.ndarray) -> Crease:
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
 def test_the_size_of_an_arc_is_half_its_radius_but_not_more_than_its_extent(share):
     angle = 2 * np.pi * share * np.linspace(0, 1, 101)
-    arc = polyline(3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
+    arc = polyline(0.3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
     assert arc.shape == "circle"
-    extent = 6 * np.sin(np.pi * min(share, 0.5))
-    assert curve_size(arc) == pytest.approx(min(1.5, extent), rel=0.01)
+    extent = 0.6 * np.sin(np.pi * min(share, 0.5))
+    assert curve_size(arc) == pytest.approx(min(0.15, extent), rel=0.01)
 
 
 def test_the_size_of_another_curve_is_its_extent():
     t = np.linspace(0, 1, 101)
-    line = polyline(np.stack([3 * t, 4 * t, 0 * t], axis=1))
-    assert curve_size(line) == pytest.approx(5)
-    wave = polyline(np.stack([5 * t, np.sin(12 * t), 0 * t], axis=1))
+    line = polyline(np.stack([0.3 * t, 0.4 * t, 0 * t], axis=1))
+    assert curve_size(line) == pytest.approx(0.5)
+    wave = polyline(np.stack([0.5 * t, np.sin(12 * t) / 10, 0 * t], axis=1))
     assert wave.shape == "curve"
     extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
     assert curve_size(wave) == pytest.approx(extent, rel=0.01)

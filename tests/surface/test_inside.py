@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from polycube.surface.voxels import inside
 from tests.fixtures.surfaces import box, joined
 
+BALL = np.array(trimesh.creation.icosphere(4).triangles)
+
 
 def test_a_box_on_the_grid_lines_is_exact():
     x = np.array([-0.5, 0.0, 0.3, 0.9, 1.5])
@@ -24,8 +26,7 @@ def test_a_box_on_the_grid_lines_is_exact():
 def test_points_of_a_ball(seed):
     rng = np.random.default_rng(seed)
     x, y, z = (np.sort(rng.uniform(-1.2, 1.2, n)) for n in (7, 5, 9))
-    ball = trimesh.creation.icosphere(4)
-    found = inside(np.asarray(ball.triangles), x, y, z)
+    found = inside(BALL, x, y, z)
     radius = np.linalg.norm(np.stack(np.meshgrid(x, y, z, indexing="ij"), -1), axis=-1)
     sure = abs(radius - 1) > 0.01
     assert (found[sure] == (radius[sure] < 1)).all()

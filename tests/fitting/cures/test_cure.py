@@ -1,5 +1,7 @@
 """Cures of a complete mesh: the gain, and the features and labels that must not be lost."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.registry import build
 from polycube.surface.fit_target import target
+from tests.conftest import first_quick
 from tests.fixtures.cures import lattice_on_rod
 
 
@@ -19,36 +22,43 @@ def least(mesh):
     return scaled_jacobian(mesh.vertices, mesh.hexes).min()
 
 
-@pytest.fixture(scope="module")
-def cured():
-    surface, mesh = lattice_on_rod()
-    return cure(mesh, target(surface), 0.4, 0.0)
+@cache
+def cured_lattice(across):
+    surface, mesh = lattice_on_rod(across)
+    return surface, mesh, cure(mesh, target(surface), 0.4, 0.0)
+
+
+@pytest.fixture(scope="module", params=first_quick(1, [5, 6]))  # with sheets from 6 on
+def case(request):
+    """The rod, and its mesh before and after the cure."""
+    return cured_lattice(request.param)
 
 
 @pytest.mark.slow
-def test_a_lattice_on_a_rod_gets_rings_at_its_ends(cured):
-    _, mesh = lattice_on_rod()
+def test_a_lattice_on_a_rod_gets_rings_at_its_ends():
+    _, mesh, cured = cured_lattice(6)
     assert least(mesh) < 0.25
     assert least(cured) > 0.4
     assert len(cured.hexes) > len(mesh.hexes)
 
 
-def test_the_mesh_is_conforming_and_keeps_its_labels(cured):
+def test_the_mesh_is_conforming_and_keeps_its_labels(case):
+    _, mesh, cured = case
     connectivity.check_conforming(cured)
-    _, mesh = lattice_on_rod()
     assert set(cured.patch) == set(mesh.patch)
     assert set(cured.cell) == set(mesh.cell)
     assert cured.primitives == mesh.primitives
 
 
-def test_no_feature_is_lost_and_the_boundary_does_not_cross_itself(cured):
-    surface, _ = lattice_on_rod()
+@pytest.mark.slow
+def test_no_feature_is_lost_and_the_boundary_does_not_cross_itself():
+    surface, _, cured = cured_lattice(6)
     assert max(each.distance for each in inspect(cured, surface).features) < 0.003
     assert not len(crossings(cured))
 
 
-def test_paths_lie_on_their_curves(cured):
-    surface, _ = lattice_on_rod()
+def test_paths_lie_on_their_curves(case):
+    surface, _, cured = case
     goal = target(surface)
     assert set(cured.paths) == {"0", "1"}
     for number, path in cured.paths.items():
@@ -56,14 +66,15 @@ def test_paths_lie_on_their_curves(cured):
         assert off.max() < 1e-6
 
 
-def test_a_good_mesh_is_returned_unchanged(cured):
-    surface, _ = lattice_on_rod()
+def test_a_good_mesh_is_returned_unchanged(case):
+    surface, _, cured = case
     assert cure(cured, target(surface), 0.3, 0.0015) is cured
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [0.1, 0.02])
-def test_further_hexes_are_improved_without_sheets(cured, more):
-    surface, _ = lattice_on_rod()
+def test_further_hexes_are_improved_without_sheets(more):
+    surface, _, cured = cured_lattice(6)
     found = cure(cured, target(surface), 0.3, 0.0015, least(cured) + more)
     assert least(found) > least(cured) + 0.1 * more
     assert np.array_equal(found.hexes, cured.hexes)
@@ -115,8 +126,8 @@ def test_without_sheets_the_boundary_stays_in_the_envelope(width):
 
 
 @pytest.mark.slow
-def test_the_same_input_gives_the_same_mesh(cured):
-    surface, mesh = lattice_on_rod()
+def test_the_same_input_gives_the_same_mesh():
+    surface, mesh, cured = cured_lattice(6)
     again = cure(mesh, target(surface), 0.4, 0.0)
     assert np.array_equal(again.vertices, cured.vertices)
 

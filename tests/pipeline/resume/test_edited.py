@@ -15,9 +15,10 @@ from polycube.errors import InputError
 from polycube.pipeline.resume.results import StageResults, load_stage, save, save_stage, stage_name
 from polycube.types import Deformation, HexMesh, Labels, Modes, Potential
 from tests.fixtures.hexmeshes import hex_box, surface_of
-from tests.fixtures.splines import box
+from tests.fixtures.splines import mapped, meshed_box
 
-MESH, SPLINE = hex_box((2, 1, 1)), box((2, 1, 1))
+MESH = hex_box((2, 1, 1))
+SPLINE = mapped(meshed_box((2, 1, 1))[0], lambda points: points)
 SURFACE = surface_of(MESH)
 STAGE = "meshing/smooth"
 
