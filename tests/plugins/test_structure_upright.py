@@ -273,8 +273,9 @@ def test_a_boss_across_the_axis_becomes_a_smaller_square():
     assert part.levels == pytest.approx(half[1] / 3 * np.array([-1, 1]))
 
 
+@pytest.mark.parametrize("is_top", [False, True])
 @pytest.mark.parametrize("turn", [0.0, 1.0])
-def test_a_round_end_between_two_caps_becomes_a_wall(turn):
+def test_a_round_end_becomes_square(turn, is_top):
     """The half disc of radius 1 at x = 1 has the area of the rectangle, which has four corners."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, 25)
     end = np.stack([1 + np.cos(angle), np.sin(angle)], axis=1)
@@ -284,11 +285,27 @@ def test_a_round_end_between_two_caps_becomes_a_wall(turn):
     region = np.where((middle[:, 0] > 1) & (abs(middle[:, 2] - 1) < 0.99), 50, surface.region)
     spin = Rotation.from_rotvec([0, turn, 0]).as_matrix() @ [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
     surface = TriMesh(surface.vertices @ np.array(spin).T, surface.faces, region)
-    part = set_upright(surface, spin @ np.array([0, 1.0, 0]))
+    part = set_upright(surface, spin @ np.array([1.0, 0, 0] if is_top else [0, 1.0, 0]))
     flat = part.surface.vertices @ spin
     assert flat[:, 0].max() == pytest.approx(1 + np.pi / 4)
     assert measures.volume(part.surface) == pytest.approx(2 * (4 + np.pi / 2))
-    assert part.levels == pytest.approx(np.array([-1, 1]) / 3)
+    assert part.levels == pytest.approx([1 + np.pi / 8] if is_top else [-1 / 3, 1 / 3])
+    assert part.is_cap[region == 50].any()
+    assert not part.is_cap[region == 50].all()
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi])
+def test_a_concave_rounding_from_a_wall_to_the_edge_of_another_becomes_square(turn):
+    """It is half a wall, and half a plane at the height of the edge."""
+    angle = np.linspace(np.pi / 2, 0, 13)
+    hollow = np.stack([6 - 4 * np.sin(angle), 6 - 4 * np.cos(angle)], axis=1)[::-1]
+    outline = [(0.0, 0.0), (6.0, 0.0), *hollow.tolist(), (2.0, 8.0), (0.0, 8.0)]
+    surface = prism((outline, [range(len(outline))]), 0.0, 3.0)
+    surface = joined(surface, 5, 16)
+    spin = Rotation.from_rotvec([0, 0, turn]).as_matrix() @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
+    part = set_upright(replace(surface, vertices=surface.vertices @ spin.T), UP)
+    assert measures.volume(part.surface) == pytest.approx(3 * (6 * 2 + 2 * 6))
+    assert part.is_cap[surface.region == 5].sum() == 12
 
 
 @pytest.mark.slow
@@ -370,3 +387,17 @@ def test_a_rib_between_a_post_and_its_foot_is_swept(tmp_path):
     assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.5
     assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
     assert len(mesh.hexes) < 2500
+
+
+@pytest.mark.slow
+def test_an_ear_and_roundings_that_end_across_walls_are_swept(tmp_path):
+    surface, _ = read_surface(write("eared", tmp_path))
+    mesh = hexes_of(surface)
+    check_conforming(mesh)
+    assert genus(mesh) == measures.genus(surface) == 0
+    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=5e-3)
+    fitted = polycube.mesh(surface, order=["meshing"]).hexes
+    assert np.array_equal(fitted.hexes, mesh.hexes)
+    assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.3
+    assert max(feature.distance for feature in inspect(fitted, surface).features) < 5e-3
+    assert len(mesh.hexes) < 6000

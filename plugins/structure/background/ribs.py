@@ -40,11 +40,20 @@ def is_back(at: np.ndarray, face: Leaning, size: float) -> bool:
 
 
 def levelled(
-    surface: TriMesh, at: np.ndarray, number: int, beyond: np.ndarray, near: float, size: float
+    surface: TriMesh,
+    at: np.ndarray,
+    number: int,
+    beyond: np.ndarray,
+    near: float,
+    size: float,
+    is_cap: np.ndarray,
 ) -> bool:
     """Move the uneven ends of the back of a rib to constant heights, in place; whether it is one.
 
+    An end that touches a cap comes to its height.
+
     beyond : (3 F,) the face on the other side of each edge
+    is_cap : (F,) whether a triangle is perpendicular to the axis
     """
     own = surface.region == number
     other, ends = beyond.reshape(-1, 3)[own].ravel(), half_edges(surface.faces[own])
@@ -55,7 +64,9 @@ def levelled(
     for is_upper in (False, True):
         used = [c.ravel() for c in curves if (before[c].mean() > (low + high) / 2) == is_upper]
         if used:
-            at[np.concatenate(used), 2] = before[np.concatenate(used)].mean()
+            end = np.concatenate(used)
+            at_cap = np.isin(end, surface.faces[is_cap])
+            at[end, 2] = before[end[at_cap] if at_cap.any() else end].mean()
     face = leaning(surface, at, beyond, number, near)
     is_rib = face is not None and is_back(at, face, size)
     if not is_rib:

@@ -165,39 +165,47 @@ def squared_off(
 
 
 class RoundEnd(NamedTuple):
-    """A rounding between two caps, made square."""
+    """A rounding that turns by 180 degrees, made square."""
 
-    # (N,) of each of its triangles: 0 in the lower cap, 1 in the wall, 2 in the upper cap
-    part: np.ndarray
-    levels: np.ndarray  # (L,) heights that divide its wall
+    part: np.ndarray  # (N,) of each of its triangles: 0, 1 or 2 from one border to the other
+    levels: np.ndarray  # (L,) heights that divide its walls
     fine: np.ndarray  # (P, 3) places in its caps, and the length of edges there
 
 
-def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -> RoundEnd | None:
+def round_end(
+    at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes, is_top: bool
+) -> RoundEnd | None:
     """Make the end of a lug across the axis square, in place: a wall between two caps.
 
-    Four hexes meet where it has turned by 45 and by 135 degrees.
+    The top of a lug that stands along the axis is a cap between two walls. Four hexes meet where it
+    has turned by 45 and by 135 degrees.
 
-    Returns None, without changes, if the face is no convex rounding from one cap to another whose
-    borders are straight and opposite.
+    Returns None, without changes, if the face is no convex rounding whose borders are straight and
+    opposite.
 
     at, before : (V, 3) vertices in the frame, now and before any face was set
+    is_top : whether its borders are at two walls, at one height, and not at two caps
     """
     low, high = (border.vertices for border in face.borders)
     used, faces = np.unique(face.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     vectors = triangle_vectors(before[face.faces])
-    out = unit(vectors[:, :2].sum(axis=0))
-    along = vectors @ np.array([-out[1], out[0], 0])
-    bottom, top = before[low, 2].mean(), before[high, 2].mean()
-    foot = before[np.concatenate([low, high]), :2] @ out
-    depth, size = before[used, :2] @ out - foot.mean(), top - bottom
-    radius = depth.max()
-    is_straight = np.ptp(foot) < STRAIGHT * size
+    step = (before[high].mean(axis=0) - before[low].mean(axis=0)) * [1, 1, 0]
+    upright = np.array([0.0, 0.0, 1.0])
+    across = unit(step) if is_top else upright
+    out = (
+        np.sign(vectors[:, 2].sum()) * upright if is_top else unit(vectors.sum(axis=0) * [1, 1, 0])
+    )
+    bottom, top = before[low] @ across, before[high] @ across
+    foot = before[np.concatenate([low, high])] @ out
+    size = top.mean() - bottom.mean()
+    depth, off = before[used] @ out - foot.mean(), before[used] @ across - bottom.mean()
+    radius, along = depth.max(), vectors @ np.cross(across, out)
+    is_straight = max(np.ptp(foot), np.ptp(bottom), np.ptp(top)) < STRAIGHT * size
     is_straight &= abs(along).sum() < STRAIGHT * abs(vectors).sum()
     if not is_straight or radius < STRAIGHT * size:
         return None
-    turn = np.arctan2(depth / radius, (bottom + top - 2 * before[used, 2]) / size)
+    turn = np.arctan2(depth / radius, 1 - 2 * off / size)
     if turn.min() < -STRAIGHT:
         return None
     share = np.clip(turn / (np.pi / 2) + 0.5, 0.5, 2.5)
@@ -207,11 +215,23 @@ def round_end(at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes) -
         share[ends[0]] = np.minimum(share[ends[0]], one)
         share[ends[1]] = np.maximum(share[ends[1]], one)
     run = BLUNT * radius * np.interp(share, [0.5, 1, 2, 2.5], [0, 1, 1, 0])
-    bottom, top = at[low, 2].mean(), at[high, 2].mean()
-    at[used, :2] += np.multiply.outer(run - depth, out)
-    at[used, 2] = np.interp(share, [1, 2], [bottom, top])
+    span = [(at[border] @ across).mean() for border in (low, high)]
+    beside = np.cross(across, out)
+    now, then, off = np.interp(share, [1, 2], span), at[used] @ across, at[used] @ beside
+    ends = [at[side[(at[side] @ across).argsort(kind="stable")]] for side in face.sides]
+    if len(ends) == 2:  # its sides stay on the faces beside them
+        (low_then, high_then), (low_now, high_now) = (
+            [np.interp(a, end @ across, end @ beside) for end in ends] for a in (then, now)
+        )
+        part_off = (off - low_then) / (high_then - low_then)
+        at[used] += np.multiply.outer(low_now + part_off * (high_now - low_now) - off, beside)
+    at[used] += np.multiply.outer(run - depth, out) + np.multiply.outer(now - then, across)
     number = sizes.in_quarter(radius)
-    inner = (share < 1) & (share > 0.5)
-    length = np.full(inner.sum(), BLUNT * radius / max(1, round(number / 2)))
-    fine = np.column_stack([at[used[inner], :2], length])
-    return RoundEnd(part, np.linspace(bottom, top, number + 1)[1:-1], fine)
+    less = max(1, round(number / 2))
+    ends = at[low, 2].mean() + np.array([0, BLUNT * radius * out[2]]) if is_top else span
+    levels = np.linspace(*ends, (less if is_top else number) + 1)[1:-1]
+    inner = (share > 1) & (share < 2) if is_top else (share < 1) & (share > 0.5)
+    length = (span[1] - span[0]) / number if is_top else BLUNT * radius / less
+    return RoundEnd(
+        part, levels, np.column_stack([at[used[inner], :2], np.full(inner.sum(), length)])
+    )

@@ -95,7 +95,8 @@ def upright(
     beyond[one], beyond[two] = region[two // 3], region[one // 3]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
     if may_slope:
-        given = [n for n in given if not levelled(surface, at, n, beyond, near, sizes.size)]
+        on_cap = is_cap[region]
+        given = [n for n in given if not levelled(surface, at, n, beyond, near, sizes.size, on_cap)]
     flat = _set_flat(surface, at, beyond, given, is_cap) if may_slope else []
     is_cap[flat] = True
     waiting = {}
@@ -117,6 +118,9 @@ def upright(
         found = None
         if sorted(ends) == [(False, True), (True, False)]:
             found = squared_off(at, before, face, ends.index((True, False)), sizes.chord, has_tip)
+        if len(ends) == 2 and all(at_wall for at_wall, _ in ends):
+            for base in (0, 1):
+                found = found or squared_off(at, before, face, base, sizes.chord, True)
         if found is None and may_slope:
             found = squared_rib(at, before, face, sizes.size, sizes.chord)
         if found is not None:
@@ -129,20 +133,22 @@ def upright(
             continue
         if min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
-        if len(ends) == 2 and all(at_cap for _, at_cap in ends):
-            end = round_end(at, before, face, sizes)
-            if end is not None:
-                own = np.flatnonzero(region == number)
-                region[own] = len(is_wall) + end.part
-                is_wall[number] = True  # for the faces beside it
-                is_wall = np.append(is_wall, [False, True, False])
-                is_cap = np.append(is_cap, [True, False, True])
-                levels.append(end.levels)
-                fine.append(end.fine)
-                continue
         high = [before[border.vertices, 2].mean() for border in face.borders]
         is_arch = np.ptp(before[face.faces, 2]) > ARCH * (max(high) - min(high))
-        if is_arch and len(ends) == 2 and all(at_wall for at_wall, _ in ends):
+        is_arch &= len(ends) == 2 and all(at_wall for at_wall, _ in ends)
+        end = None
+        if is_arch or (len(ends) == 2 and all(at_cap for _, at_cap in ends)):
+            end = round_end(at, before, face, sizes, is_arch)
+        if end is not None:
+            own = np.flatnonzero(region == number)
+            region[own] = len(is_wall) + end.part
+            is_wall[number] = True  # for the faces beside it
+            is_wall = np.append(is_wall, [is_arch, not is_arch, is_arch])
+            is_cap = np.append(is_cap, [not is_arch, is_arch, not is_arch])
+            levels.append(end.levels)
+            fine.append(end.fine)
+            continue
+        if is_arch:
             _refuse(surface, number)
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
