@@ -30,7 +30,7 @@ from polycube.units import METRES
 logger = logging.getLogger(__name__)
 
 SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the six zeros
-TOLERANCE = 1e-7  # of the modes of large models, see `davidson`
+TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
 SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
