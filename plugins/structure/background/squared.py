@@ -94,11 +94,11 @@ def _flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> fl
 
 
 class SquaredOff(NamedTuple):
-    """The rounding of an edge, made square."""
+    """A rounding made square."""
 
-    upper: np.ndarray  # (N,) whether each of its triangles is in the plane of the cap
-    levels: np.ndarray  # (L,) heights that divide its part in the wall
-    fine: np.ndarray  # (P, 3) places at its ends in the plane, and the length of edges there
+    in_cap: np.ndarray  # (N,) whether each of its triangles is in a cap; the others are in a wall
+    levels: np.ndarray  # (L,) heights that divide its walls
+    fine: np.ndarray  # (P, 3) places at its ends in its caps, and the length of edges there
     is_split: bool  # whether two hexes are to meet at half its turn, too
 
 
@@ -164,17 +164,9 @@ def squared_off(
     return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine, is_split)
 
 
-class RoundEnd(NamedTuple):
-    """A rounding that turns by 180 degrees, made square."""
-
-    part: np.ndarray  # (N,) of each of its triangles: 0, 1 or 2 from one border to the other
-    levels: np.ndarray  # (L,) heights that divide its walls
-    fine: np.ndarray  # (P, 3) places in its caps, and the length of edges there
-
-
 def round_end(
     at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes, is_top: bool
-) -> RoundEnd | None:
+) -> SquaredOff | None:
     """Make the end of a lug across the axis square, in place: a wall between two caps.
 
     The top of a lug that stands along the axis is a cap between two walls. Four hexes meet where it
@@ -190,19 +182,16 @@ def round_end(
     used, faces = np.unique(face.faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     vectors = triangle_vectors(before[face.faces])
-    step = (before[high].mean(axis=0) - before[low].mean(axis=0)) * [1, 1, 0]
-    upright = np.array([0.0, 0.0, 1.0])
-    across = unit(step) if is_top else upright
-    out = (
-        np.sign(vectors[:, 2].sum()) * upright if is_top else unit(vectors.sum(axis=0) * [1, 1, 0])
-    )
+    step, normal = before[high].mean(axis=0) - before[low].mean(axis=0), vectors.sum(axis=0)
+    flat, up = np.diag([1.0, 1, 0]), np.array([0.0, 0, 1])
+    across, out = (unit(step @ flat), unit(normal * up)) if is_top else (up, unit(normal @ flat))
     bottom, top = before[low] @ across, before[high] @ across
     foot = before[np.concatenate([low, high])] @ out
     size = top.mean() - bottom.mean()
     depth, off = before[used] @ out - foot.mean(), before[used] @ across - bottom.mean()
-    radius, along = depth.max(), vectors @ np.cross(across, out)
+    radius, beside = depth.max(), np.cross(across, out)
     is_straight = max(np.ptp(foot), np.ptp(bottom), np.ptp(top)) < STRAIGHT * size
-    is_straight &= abs(along).sum() < STRAIGHT * abs(vectors).sum()
+    is_straight &= abs(vectors @ beside).sum() < STRAIGHT * abs(vectors).sum()
     if not is_straight or radius < STRAIGHT * size:
         return None
     turn = np.arctan2(depth / radius, 1 - 2 * off / size)
@@ -216,7 +205,6 @@ def round_end(
         share[ends[1]] = np.maximum(share[ends[1]], one)
     run = BLUNT * radius * np.interp(share, [0.5, 1, 2, 2.5], [0, 1, 1, 0])
     span = [(at[border] @ across).mean() for border in (low, high)]
-    beside = np.cross(across, out)
     now, then, off = np.interp(share, [1, 2], span), at[used] @ across, at[used] @ beside
     ends = [at[side[(at[side] @ across).argsort(kind="stable")]] for side in face.sides]
     if len(ends) == 2:  # its sides stay on the faces beside them
@@ -228,10 +216,10 @@ def round_end(
     at[used] += np.multiply.outer(run - depth, out) + np.multiply.outer(now - then, across)
     number = sizes.in_quarter(radius)
     less = max(1, round(number / 2))
-    ends = at[low, 2].mean() + np.array([0, BLUNT * radius * out[2]]) if is_top else span
-    levels = np.linspace(*ends, (less if is_top else number) + 1)[1:-1]
-    inner = (share > 1) & (share < 2) if is_top else (share < 1) & (share > 0.5)
-    length = (span[1] - span[0]) / number if is_top else BLUNT * radius / less
-    return RoundEnd(
-        part, levels, np.column_stack([at[used[inner], :2], np.full(inner.sum(), length)])
-    )
+    levels = np.linspace(span[0], span[1], number + 1)[1:-1]
+    inner, length = (share < 1) & (share > 0.5), BLUNT * radius / less
+    if is_top:
+        levels = at[low, 2].mean() + BLUNT * radius * out[2] * np.arange(1, less) / less
+        inner, length = (share > 1) & (share < 2), (span[1] - span[0]) / number
+    fine = np.column_stack([at[used[inner], :2], np.full(inner.sum(), length)])
+    return SquaredOff((part == 1) == is_top, levels, fine, False)

@@ -115,40 +115,28 @@ def upright(
         )
         face = waiting.pop(number)
         ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
+        high = [before[border.vertices, 2].mean() for border in face.borders]
+        at_walls, at_caps = (len(ends) == 2 and all(each) for each in zip(*ends, strict=True))
+        is_arch = at_walls and np.ptp(before[face.faces, 2]) > ARCH * (max(high) - min(high))
         found = None
-        if sorted(ends) == [(False, True), (True, False)]:
-            found = squared_off(at, before, face, ends.index((True, False)), sizes.chord, has_tip)
-        if len(ends) == 2 and all(at_wall for at_wall, _ in ends):
-            for base in (0, 1):
-                found = found or squared_off(at, before, face, base, sizes.chord, True)
+        if is_arch or at_caps:
+            found = round_end(at, before, face, sizes, is_arch)
+            leans = leans if found is None else [n for n in leans if n != number]
+        elif at_walls or sorted(ends) == [(False, True), (True, False)]:
+            for base in (0, 1) if at_walls else (ends.index((True, False)),):
+                any_sign = at_walls or has_tip
+                found = found or squared_off(at, before, face, base, sizes.chord, any_sign)
         if found is None and may_slope:
             found = squared_rib(at, before, face, sizes.size, sizes.chord)
         if found is not None:
-            region[np.flatnonzero(region == number)[found.upper]] = len(is_wall)
+            region[np.flatnonzero(region == number)[found.in_cap]] = len(is_wall)
             split += [(number, len(is_wall))] * found.is_split
             is_wall, is_cap = np.append(is_wall, False), np.append(is_cap, True)
             is_wall[number] = True
             levels.append(found.levels)
             fine.append(found.fine)
             continue
-        if min(len(border.vertices) for border in face.borders) == 1:
-            _refuse(surface, number)
-        high = [before[border.vertices, 2].mean() for border in face.borders]
-        is_arch = np.ptp(before[face.faces, 2]) > ARCH * (max(high) - min(high))
-        is_arch &= len(ends) == 2 and all(at_wall for at_wall, _ in ends)
-        end = None
-        if is_arch or (len(ends) == 2 and all(at_cap for _, at_cap in ends)):
-            end = round_end(at, before, face, sizes, is_arch)
-        if end is not None:
-            own = np.flatnonzero(region == number)
-            region[own] = len(is_wall) + end.part
-            is_wall[number] = True  # for the faces beside it
-            is_wall = np.append(is_wall, [is_arch, not is_arch, is_arch])
-            is_cap = np.append(is_cap, [not is_arch, is_arch, not is_arch])
-            levels.append(end.levels)
-            fine.append(end.fine)
-            continue
-        if is_arch:
+        if is_arch or min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
         is_wall[number] = _set(at, before, face, is_wall, is_cap)
         is_cap[number] = not is_wall[number]
