@@ -41,8 +41,8 @@ LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
 PARTS = 0.75, 0.5, 0.25  # parts of the moves of such a fit that are tried at last
-# for hexes that are not poor, in turn: the rings of hexes whose vertices move, and whether fits start
-# on the surface and are taken in part, or without being moved back, if they fail otherwise
+# for hexes that are not poor, in turn: the rings of hexes whose vertices move, and whether fits
+# start on the surface and are taken in part, or without being moved back, if they fail otherwise
 SEQUENCE = (2, False), (RINGS, False), (2, True), (RINGS, True)
 
 
