@@ -33,7 +33,7 @@ BATCH = 4  # neighbourhoods fitted at the same time
 DENSE = 4e-3  # cost per hex of a neighbourhood above which a sheet is tried first
 # evaluations times hexes, per hex of the mesh (at least FEW), after which no place is tried
 BUDGET, FEW = 2000, 3000
-FURTHER = 0.5  # the share of this work for hexes that are not poor
+FURTHER = 0.5  # the share of this work for passes without sheets
 ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of poor hexes
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
 LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
@@ -41,9 +41,10 @@ LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
 PARTS = 0.75, 0.5, 0.25  # parts of the moves of such a fit that are tried at last
-# for hexes that are not poor, in turn: the rings of hexes whose vertices move, and whether fits
-# start on the surface and are taken in part, or without being moved back, if they fail otherwise
-SEQUENCE = (2, False), (RINGS, False), (2, True), (RINGS, True)
+# for poor hexes and for all: the rings of hexes whose vertices move, and whether fits start on the
+# surface and are taken in part, or without being moved back, if they fail otherwise
+POOR = (1, True), (2, True)
+PASSES = (2, False), (RINGS, False), (2, True), (RINGS, True), (1, True)
 
 
 def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float = 0.0) -> HexMesh:
@@ -61,8 +62,9 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float
     is_complete = cures.run(DENSE)
     if is_complete and cures.current.jacobian.min() < SUFFICIENT:
         is_complete = cures.run(0.0)  # again, with all sheets first
-    if is_complete and further > aim:
-        cures.raise_to(further)
+    if is_complete:
+        cures.raise_to(aim, POOR)
+        cures.raise_to(max(aim, further), PASSES)
     found = cures.current
     if not cures.accepted:
         return mesh
@@ -98,23 +100,22 @@ class _Cures:
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._limit: float | None = DENSE  # `dense` of `run`
         self._gain = ABSOLUTE_GAIN  # smallest absolute gain
-        self._rings, self._is_last = RINGS, False  # as in SEQUENCE
+        self._rings, self._is_last = RINGS, False  # as in PASSES
 
-    def raise_to(self, aim: float) -> None:
+    def raise_to(self, aim: float, passes: tuple[tuple[int, bool], ...]) -> None:
         """Improve the hexes below an aim, without sheets, by any absolute gain."""
         self._aim, self._gain = aim, 0.0
         budget, before = FURTHER * BUDGET, -1
         while budget > 0 and self.accepted > before:  # again, next to the improved hexes
             before = self.accepted
-            for self._rings, self._is_last in SEQUENCE:
+            for self._rings, self._is_last in passes:
                 self.run(None, budget)
                 budget -= self._work / max(FEW, len(self._tried))
 
     def run(self, dense: float | None, budget: float = BUDGET) -> bool:
-        """Try places until none is left, or the work exceeds the budget; whether none is left.
+        """Try places until none is left, or the work per hex exceeds a budget; whether none is.
 
         dense : cost per hex of a neighbourhood above which a sheet is tried first; None: no sheets
-        budget : evaluations times hexes, per hex of the mesh
         """
         self._tried[:], self._faces, self._work = False, {0}, 0
         self._dense, self._limit = None, dense
