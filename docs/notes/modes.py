@@ -8,10 +8,10 @@ C3D20R are the hexes of `auto` in CalculiX, with nodes on the spline; C3D10 are 
 `docs.notes.statics`, of those of its five sizes that have less than LARGEST unknowns.  Seconds are
 CPU seconds of all processes from the STEP file on, so those of C3D20R include the hex mesh.
 
-The reference is the spline `optimal` on smaller hexes, with about 200,000 unknowns; its uncertainty
-is its own estimate.  All models are stiffer than the solid, so the lowest frequencies are the best
-ones.  As a check, tetrahedra that are graded towards inner edges are solved for the parts of
-CHECKED.
+The reference is extrapolated from the spline `optimal` on the hexes of `auto` and on smaller ones,
+whose errors are taken to be in proportion to their estimates; half the extrapolation is its
+uncertainty.  As a check, tetrahedra that are graded towards inner edges are solved for the parts
+of CHECKED.
 
 OUTPUT/PART.json holds a row per model, so that a study goes on where it ended; OUTPUT/table.md and
 OUTPUT/plot.png show all of them.  CalculiX must be installed as ccx.
@@ -155,8 +155,11 @@ def modes(deck: Path) -> Row:
 
 def reference(rows: dict[str, Row]) -> tuple[np.ndarray, np.ndarray]:
     """The frequencies (MODES,) of a reference, and their uncertainty (MODES,) in per cent."""
-    row = rows[REFERENCE]
-    return np.array(row["frequencies"][:MODES]), 100 * np.array(row["estimates"][:MODES])
+    coarse, fine = rows["optimal"], rows[REFERENCE]
+    first, last = (np.array(row["frequencies"][:MODES]) for row in (coarse, fine))
+    own, rest = (np.array(row["estimates"][:MODES]) for row in (coarse, fine))
+    left = (first - last) * rest / (own - rest)
+    return last - left, 50 * np.abs(left) / last
 
 
 def errors(row: Row, exact: np.ndarray) -> np.ndarray:

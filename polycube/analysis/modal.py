@@ -35,9 +35,9 @@ TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
 # estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
-# vertices, which the correction makes cubic, and of spaces that are cubic before, or trilinear in
-# some elements
-REST, REST_OF_CUBIC = 0.3, 1.2
+# vertices, which the correction makes cubic, of those that are trilinear in some elements, and of
+# spaces that are cubic before
+REST, REST_OF_TRILINEAR, REST_OF_CUBIC = 0.3, 1.2, 2.8
 TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
@@ -125,8 +125,8 @@ def _enriched(
     """
     vertices = len(np.unique(spline.nodes[:, CORNERS]))
     is_trilinear = np.diff(spline.element_functions().offsets).min() == len(CORNERS)
-    slow = is_trilinear or len(spline.control) > vertices
-    rest = REST_OF_CUBIC if slow else REST
+    rest = REST_OF_TRILINEAR if is_trilinear else REST
+    rest = REST_OF_CUBIC if len(spline.control) > vertices else rest
     elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
     given = constraints.supports, None, constraints.sector
     enrichment = Enrichment.of(spline, elasticity, *given)
