@@ -207,8 +207,7 @@ def test_the_cone_of_a_hexagonal_head_is_set_flat(tmp_path):
     check_conforming(mesh)
     assert genus(mesh) == measures.genus(surface) == 0
     assert volume(mesh) == pytest.approx(measures.volume(surface), rel=1e-2)
-    found = inspect(mesh, surface).features
-    assert max(feature.distance for feature in found) < 5e-3
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
 
 
 def test_a_part_without_leaning_faces_is_not_changed():
@@ -377,27 +376,18 @@ def test_the_back_of_a_rib_becomes_square(turn):
 
 
 @pytest.mark.slow
-def test_a_rib_between_a_post_and_its_foot_is_swept(tmp_path):
-    surface, _ = read_surface(write("ribbed", tmp_path))
+@pytest.mark.parametrize(
+    ("name", "handles", "off", "least", "fitted", "most"),
+    [("ribbed", 1, 5e-3, 0.1, 0.5, 2500), ("eared", 0, 0.03, 0.0, 0.3, 6000)],
+)
+def test_posts_with_ribs_and_ears_are_swept(name, handles, off, least, fitted, most, tmp_path):
+    surface, _ = read_surface(write(name, tmp_path))
     mesh = hexes_of(surface)
-    check_fills(mesh, surface, 5e-3, 0.1)  # before the fit
-    assert genus(mesh) == 1
-    fitted = polycube.mesh(surface, order=["meshing"]).hexes
-    assert np.array_equal(fitted.hexes, mesh.hexes)
-    assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.5
-    assert max(feature.distance for feature in inspect(mesh, surface).features) < 5e-3
-    assert len(mesh.hexes) < 2500
-
-
-@pytest.mark.slow
-def test_an_ear_and_roundings_that_end_across_walls_are_swept(tmp_path):
-    surface, _ = read_surface(write("eared", tmp_path))
-    mesh = hexes_of(surface)
-    check_conforming(mesh)
-    assert genus(mesh) == measures.genus(surface) == 0
-    assert volume(mesh) == pytest.approx(measures.volume(surface), rel=5e-3)
-    fitted = polycube.mesh(surface, order=["meshing"]).hexes
-    assert np.array_equal(fitted.hexes, mesh.hexes)
-    assert scaled_jacobian(fitted.vertices, fitted.hexes).min() > 0.3
-    assert max(feature.distance for feature in inspect(fitted, surface).features) < 5e-3
-    assert len(mesh.hexes) < 6000
+    check_fills(mesh, surface, 5e-3, least)  # before the fit
+    assert genus(mesh) == handles
+    moved = polycube.mesh(surface, order=["meshing"]).hexes
+    assert np.array_equal(moved.hexes, mesh.hexes)
+    assert scaled_jacobian(moved.vertices, moved.hexes).min() > fitted
+    for each, most_off in ((mesh, off), (moved, 5e-3)):
+        assert max(feature.distance for feature in inspect(each, surface).features) < most_off
+    assert len(mesh.hexes) < most
