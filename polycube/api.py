@@ -214,10 +214,9 @@ def _surface(source: object) -> TriMesh:
         check_surface(source)
         return source
     if not hasattr(source, "vertices") or not hasattr(source, "faces"):
-        raise InputError(
-            f"a part must be a path, a mesh or an object with vertices and faces; got "
-            f"{type(source).__name__}"
-        )
+        kind = type(source).__name__
+        what = f"a part must be a path, a mesh or an object with vertices and faces; got {kind}"
+        raise InputError(what)
     return clean(np.asarray(source.vertices, float), np.asarray(source.faces))[0]
 
 

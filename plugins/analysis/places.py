@@ -61,9 +61,8 @@ def check_items(
         if is_edge(place) and name != "fixed":
             raise ValueError(f"{name} act on faces, an edge can only be fixed; got {item!r}")
         if not set(settings) <= keys or len(settings) < needed:
-            raise ValueError(
-                f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
-            )
+            what = f"entries of {name} are {{at: place, {', '.join(sorted(keys))}}}; got {item!r}"
+            raise ValueError(what)
     return list(map(split, items))
 
 

@@ -88,9 +88,8 @@ class Static(OfProblem):
             if not all(map(self.cyclic.is_along, along)):
                 raise ValueError("gravity and the axis of rotation must be along that of cyclic")
         if not 0 <= self.away < 1:
-            raise ValueError(
-                f"away must be a share of the diagonal, 0 <= away < 1; got {self.away}"
-            )
+            what = f"away must be a share of the diagonal, 0 <= away < 1; got {self.away}"
+            raise ValueError(what)
 
     @property
     def _acceleration(self) -> Vector:

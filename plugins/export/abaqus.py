@@ -50,10 +50,8 @@ class Abaqus(WithProblem, TextFormat):
 
     def __post_init__(self) -> None:
         if self.element not in ELEMENTS:
-            raise ValueError(
-                f"element must be one of {', '.join(ELEMENTS)}, the hexahedra of 8 and 20 nodes; "
-                f"got {self.element!r}"
-            )
+            what = f"element must be one of {', '.join(ELEMENTS)}, the hexahedra of 8 and 20 nodes"
+            raise ValueError(f"{what}; got {self.element!r}")
 
     suffix: ClassVar[str] = ".inp"
     lacks: ClassVar[tuple[str, ...]] = ()

@@ -196,9 +196,8 @@ class Loads:
         if cyclic is None:
             return []
         if cyclic.sectors == 2:
-            raise InputError(
-                "a deck needs at least three sectors; mesh a smaller part, or the whole"
-            )
+            what = "a deck needs at least three sectors; mesh a smaller part, or the whole"
+            raise InputError(what)
         return [*cut_faces(self.mesh.vertices, self.mesh.quads, cyclic)]
 
     @property

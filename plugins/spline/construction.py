@@ -203,15 +203,13 @@ def _listed_edges(options: SplineOptions, hexes: HexMesh) -> np.ndarray:
         try:
             table = np.loadtxt(options.sharp, dtype=np.int64, ndmin=2)
         except ValueError as error:
-            raise InputError(
-                f"{options.sharp} must have as many vertex numbers in each line: {error}"
-            ) from error
+            what = f"{options.sharp} must have as many vertex numbers in each line: {error}"
+            raise InputError(what) from error
         if table.shape[1] == 1 or (table[:, 0] == 0).all():
             return edges_between(hexes, table[:, -1])
     given = np.unique(np.sort(table[:, :2], axis=1), axis=0)
     stray = ~is_among(given, quad_edges(hexes.quads)[0])
     if stray.any():
-        raise InputError(
-            f"spline: sharp edge {given[stray.argmax()].tolist()} is not on the boundary"
-        )
+        what = f"spline: sharp edge {given[stray.argmax()].tolist()} is not on the boundary"
+        raise InputError(what)
     return given

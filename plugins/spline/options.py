@@ -65,9 +65,8 @@ class SplineOptions:
             if not all(np.shape(edge) == (2,) for edge in self.sharp):
                 raise ValueError(f"sharp edges must be pairs of vertices; got {self.sharp}")
         elif self.sharp not in ("auto", "none") and not Path(self.sharp).is_file():
-            raise ValueError(
-                f"sharp must be auto, none, a list of edges or a file of edges; got {self.sharp!r}"
-            )
+            what = "sharp must be auto, none, a list of edges or a file of edges"
+            raise ValueError(f"{what}; got {self.sharp!r}")
         for item in self.held:
             check_place(split(item)[0])
         object.__setattr__(self, "refine", options_of("refine", Refinement, self.refine))

@@ -98,9 +98,8 @@ class Given(SliceOptions, Structure):
         n_cells = int(np.prod(self.grid))
         shape = "x".join(map(str, self.grid))
         if not 0 < len(self.context) <= n_cells:
-            raise InputError(
-                f"context must name 1 to {n_cells} cells of the {shape} grid; got {self.context}"
-            )
+            what = f"context must name 1 to {n_cells} cells of the {shape} grid; got {self.context}"
+            raise InputError(what)
         context = tuple(self.context) + (None,) * (n_cells - len(self.context))
         if not any(context):
             raise InputError(f"context must fill at least one cell; got {self.context}")

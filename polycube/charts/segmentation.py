@@ -175,10 +175,9 @@ def _draw(empty: Segmentation, labels: Labels, width: float, order: np.ndarray) 
         ends = corners[arc.vertices[0]], corners[arc.vertices[-1]]
         between = _sector(net, drawing, number, 0), _sector(net, drawing, number, -1)
         if not drawing.draw(number, ends, cost, between, 2 * len(arc.vertices)):
-            raise MeshingError(
-                "the polycube does not fit the surface: the edge between "
-                f"{empty.describe(arc.left)} and {empty.describe(arc.right)} has no path on it"
-            )
+            edge = f"between {empty.describe(arc.left)} and {empty.describe(arc.right)}"
+            what = f"the polycube does not fit the surface: the edge {edge} has no path on it"
+            raise MeshingError(what)
     return replace(empty, drawing=drawing)
 
 

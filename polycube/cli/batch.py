@@ -99,10 +99,9 @@ def check_names(paths: list[str]) -> None:
     for name, count in Counter(map(part_name, paths)).items():
         if count > 1:
             same = [path for path in paths if part_name(path) == name]
-            raise InputError(
-                f"{count} parts have the name {name}: {', '.join(same)}; their results would be in "
-                "the same folder, rename them or run them apart"
-            )
+            what = f"{count} parts have the name {name}: {', '.join(same)}"
+            remedy = "their results would be in the same folder, rename them or run them apart"
+            raise InputError(what, remedy=remedy)
 
 
 def part_name(path: str) -> str:

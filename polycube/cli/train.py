@@ -130,10 +130,8 @@ def _learning(cfg: Json) -> Learning:
     thin = cfg["learning"]["thin"] or (THIN if any_size and cfg["grid"]["shape"] else 1)
     learning = _checked(Learning, **{**cfg["learning"], "thin": thin}, seed=cfg["seed"])
     if learning.thin > 1 and not any_size:
-        raise InputError(
-            f"model={cfg['model']['plugin']} needs whole images, so learning.thin must be 1; "
-            f"got {learning.thin}"
-        )
+        what = f"model={cfg['model']['plugin']} needs whole images, so learning.thin must be 1"
+        raise InputError(f"{what}; got {learning.thin}")
     return learning
 
 
@@ -188,10 +186,8 @@ def _trainer(cfg: Json, folder: Path) -> L.Trainer:
         trainer.callbacks.insert(0, WeightAveraging(device, multi_avg_fn=average))
     for name in ("held_out", "test"):
         if cfg[name] < 0 or cfg[name] % trainer.world_size:
-            raise InputError(
-                f"{name} must be a multiple of the {trainer.world_size} processes that share it; "
-                f"got {cfg[name]}"
-            )
+            sharing = f"the {trainer.world_size} processes that share it"
+            raise InputError(f"{name} must be a multiple of {sharing}; got {cfg[name]}")
     return trainer
 
 
@@ -229,10 +225,9 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
     if not path.is_file():
         raise InputError(f"no checkpoint at {path}; ckpt is a file, last, or null")
     if others := changed_settings(config, weights.config_of(path), config):
-        raise InputError(
-            f"ckpt: {path} belongs to another training: {'; '.join(others)}; use the "
-            "same settings, or only its weights, with begin_from="
-        )
+        what = f"ckpt: {path} belongs to another training: {'; '.join(others)}"
+        remedy = "use the same settings, or only its weights, with begin_from="
+        raise InputError(what, remedy=remedy)
     return path
 
 

@@ -52,10 +52,8 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
     folder = SHIPPED / _name(grid)
     if not (folder / "weights.safetensors").is_file():
         known = ", ".join(map(_name, shipped_grids())) or "none"
-        raise InputError(
-            f"no weights are included for grid {_name(grid)}, only for {known}; "
-            f"train.py grid={_name(grid)} trains them"
-        )
+        what = f"no weights are included for grid {_name(grid)}, only for {known}"
+        raise InputError(what, remedy=f"train.py grid={_name(grid)} trains them")
     return folder
 
 

@@ -154,10 +154,9 @@ def quad_edges(quads: np.ndarray, is_closed: bool = True) -> tuple[np.ndarray, n
     found, inverse, count = unique_rows(np.sort(half_edges(quads), axis=1))
     if is_closed and (count != 2).any():
         worst = found[np.argmax(count != 2)]
-        raise ValueError(
-            f"boundary is not a closed manifold: {(count != 2).sum()} edges without exactly two "
-            f"quads, first at vertices {worst[0]}-{worst[1]}"
-        )
+        what = f"{(count != 2).sum()} edges without exactly two quads"
+        where = f"first at vertices {worst[0]}-{worst[1]}"
+        raise ValueError(f"boundary is not a closed manifold: {what}, {where}")
     last = np.cumsum(count) - 1
     order = np.argsort(inverse, kind="stable") // quads.shape[1]
     return found, np.stack([order[last - count + 1], order[last]], axis=1)
@@ -186,10 +185,8 @@ def check_conforming(mesh: HexMesh) -> None:
     if len(mesh.hexes) == 0:
         raise ValueError("hex mesh has no hexes")
     if mesh.hexes.min() < 0 or mesh.hexes.max() >= len(mesh.vertices):
-        raise ValueError(
-            f"hexes must refer to vertices 0 to {len(mesh.vertices) - 1}; "
-            f"got {mesh.hexes.min()} to {mesh.hexes.max()}"
-        )
+        what = f"hexes must refer to vertices 0 to {len(mesh.vertices) - 1}"
+        raise ValueError(f"{what}; got {mesh.hexes.min()} to {mesh.hexes.max()}")
     if (np.diff(np.sort(mesh.hexes, axis=1), axis=1) == 0).any():
         raise ValueError("a hex has the same vertex twice")
     faces, _, count = unique_rows(np.sort(mesh.hexes[:, FACES].reshape(-1, 4), axis=1))
@@ -203,10 +200,8 @@ def check_conforming(mesh: HexMesh) -> None:
     _, corner = np.unique(fans(mesh.quads), return_index=True)
     vertex, count = np.unique(mesh.quads.ravel()[corner], return_counts=True)
     if (count > 1).any():
-        raise ValueError(
-            f"boundary is not a manifold at vertex {vertex[np.argmax(count > 1)]}: "
-            f"{count.max()} fans of quads meet there"
-        )
+        what = f"boundary is not a manifold at vertex {vertex[np.argmax(count > 1)]}"
+        raise ValueError(f"{what}: {count.max()} fans of quads meet there")
 
 
 def split(mesh: HexMesh) -> HexMesh:

@@ -226,10 +226,8 @@ def _chosen(found: dict[str, np.ndarray], solid: int | None, unit: str) -> dict[
             for i, (v, box) in enumerate(zip(volumes, boxes, strict=True))
         )
         missing = "" if solid is None else f"there is no solid {solid}; "
-        raise InputError(
-            f"{missing}the file contains {len(volumes)} solids: {listed}; use "
-            "cad.solid=1, or cad.solid=all for a mesh of each"
-        )
+        what = f"{missing}the file contains {len(volumes)} solids: {listed}"
+        raise InputError(what, remedy="use cad.solid=1, or cad.solid=all for a mesh of each")
     return {**found, "volume": volumes[(solid or 1) - 1]}
 
 

@@ -122,10 +122,9 @@ def _distinct(hexes: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarr
     ordered = np.sort(hexes, axis=1)
     collapsed = (np.diff(ordered, axis=1) == 0).any(axis=1)
     if collapsed.any():
-        raise InputError(
-            f"{collapsed.sum()} hexes have two equal corners, the first is number "
-            f"{collapsed.argmax()}; wedges and pyramids cannot be improved"
-        )
+        what = f"{collapsed.sum()} hexes have two equal corners, the first is number"
+        remedy = "wedges and pyramids cannot be improved"
+        raise InputError(f"{what} {collapsed.argmax()}", remedy=remedy)
     distinct = np.sort(np.unique(ordered, axis=0, return_index=True)[1])
     extra = len(hexes) - len(distinct)
     return hexes[distinct], cell[distinct], [f"removed duplicate hexes: {extra}"] if extra else []
@@ -176,10 +175,8 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     side = connected(np.append(f, n + f), np.append(left, right), 2 * n)
     pieces = len(np.unique(np.minimum(side[:n], side[n:])))
     if pieces > 1:
-        raise InputError(
-            f"its hexes are {pieces} pieces that share no whole face; give one solid whose hexes "
-            "meet in whole faces"
-        )
+        what = f"its hexes are {pieces} pieces that share no whole face"
+        raise InputError(what, remedy="give one solid whose hexes meet in whole faces")
     if (side[:n] == side[n:]).any():
         raise InputError("the hexes cannot be oriented: they do not form a solid")
     turn = side[:n] != side[0]

@@ -113,9 +113,8 @@ def _writable(folder: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno not in UNWRITABLE:
             raise
-        raise InputError(
-            f"cannot write results to {folder}: {error.strerror}; files that were complete are kept"
-        ) from error
+        what = f"cannot write results to {folder}: {error.strerror}"
+        raise InputError(f"{what}; files that were complete are kept") from error
 
 
 def _publish(scratch: Path, folder: Path, remedy: str) -> None:
@@ -147,10 +146,8 @@ def _check_names(
         if path.resolve() in read:
             raise InputError(f"{path} is an input and would be overwritten; {remedy}")
         if name not in entries or not _is_ours(path, entries[name]):
-            raise InputError(
-                f"{path} would be overwritten, and is not an unchanged result of an earlier run; "
-                f"{remedy}"
-            )
+            what = f"{path} would be overwritten, and is not an unchanged result of an earlier run"
+            raise InputError(what, remedy=remedy)
 
 
 def _check_writable(folder: Path) -> None:

@@ -62,9 +62,8 @@ def davidson(
         if errors[-1] <= tolerance or (before < ROUNDING and min(errors) > before / 2):
             break
         if len(errors) == ITERATIONS:
-            raise MeshingError(
-                f"the modes did not converge in {ITERATIONS} iterations: residual {errors[-1]:.1e}"
-            )
+            what = f"the modes did not converge in {ITERATIONS} iterations"
+            raise MeshingError(f"{what}: residual {errors[-1]:.1e}")
         space.add(better[:, error[left] > tolerance])
     logger.info(
         "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e",

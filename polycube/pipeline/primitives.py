@@ -24,8 +24,7 @@ def voxels(items: Iterable[Item]) -> dict[str, np.ndarray]:
             raise InputError(f"primitives.use contains {name} twice")
         found = made[name] = np.asarray(registry.build("primitive", primitive_config(item))())
         if found.shape != (3, 3, 3) or found.dtype != bool:
-            raise InputError(
-                f"primitive {name} must be 3 x 3 x 3 voxels, True where they are full; got "
-                f"{found.dtype} of shape {found.shape}"
-            )
+            got = f"{found.dtype} of shape {found.shape}"
+            what = f"primitive {name} must be 3 x 3 x 3 voxels, True where they are full"
+            raise InputError(f"{what}; got {got}")
     return made

@@ -131,15 +131,12 @@ def grids(settings: Settings) -> list[Grid]:
 def _check_unused(name: str, config: Json, plugin: Any, alone: bool) -> None:
     """Raise InputError if the user set options of a plugin that a context replaces."""
     if alone:
-        raise InputError(
-            f"structure={name} finds the structure itself, so it cannot be combined with "
-            "context=; remove one of them"
-        )
+        what = f"structure={name} finds the structure itself"
+        why = f"{what}, so it cannot be combined with context="
+        raise InputError(why, remedy="remove one of them")
     defaults = {each.name: each.default for each in fields(plugin)}
     for option, value in config.items():
         plain = tuple(value) if isinstance(value, list) else value
         if option in defaults and plain != defaults[option]:
-            raise InputError(
-                f"structure.proposals.{name}.{option} has no effect with context=; remove one "
-                "of them"
-            )
+            what = f"structure.proposals.{name}.{option} has no effect with context="
+            raise InputError(what, remedy="remove one of them")

@@ -67,10 +67,8 @@ class Run:
         self.proposals = Proposals(settings, self.primitives, ranking, self.clock)
         self.names = [*self.preparation, *(s.kind for s in (*self.meshing, *self.solving))]
         if settings.resume and settings.start not in self.names:
-            raise InputError(
-                f"resume needs the first stage to run again, from=STAGE; got {settings.start}, "
-                f"have {', '.join(self.names)}"
-            )
+            what = f"resume needs the first stage to run again, from=STAGE; got {settings.start}"
+            raise InputError(f"{what}, have {', '.join(self.names)}")
         loaded = self.names[: self.names.index(str(settings.start))] if settings.resume else ()
         self.results = StageResults(settings.resume, loaded)
         self.acceptance: Acceptance = build("acceptance", settings.acceptance)

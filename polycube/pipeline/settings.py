@@ -105,10 +105,8 @@ def _order(composed: Json) -> tuple[str, ...]:
     value = [value] if isinstance(value, str) else value
     chain = [name for name in value if name != "report"] if isinstance(value, list) else ["?"]
     if chain != list(PHASES[: len(chain)]):
-        raise InputError(
-            f"order must be a list of the first of [{', '.join(PHASES)}], and report for the "
-            f"page; got {value}"
-        )
+        first = f"the first of [{', '.join(PHASES)}], and report for the page"
+        raise InputError(f"order must be a list of {first}; got {value}")
     off = [name for name in chain if composed.get(name, {}).get("plugin", name) is None]
     left_out = chain[chain.index(off[0]) :] if off else []
     return tuple(phase for phase in value if phase not in left_out)

@@ -111,9 +111,8 @@ class Chain:
                 self.latest = replace(put, unfitted=None if is_fitted else NOT_FITTED)
                 number = len(inspect(value, state.surface).crossings) if is_fitted else 0
                 if number > max(self.most_crossings, HOPELESS_SHARE * len(value.hexes)):
-                    raise MeshingError(
-                        f"hopeless: {number} pairs of quads cross after {stage.kind}"
-                    )
+                    what = f"hopeless: {number} pairs of quads cross after {stage.kind}"
+                    raise MeshingError(what)
         except MeshingError as error:
             return error
         finally:
@@ -169,9 +168,8 @@ def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
                 f"{type(plugins[kind]).__name__} does not have"
             )
             if name == "portfolio":
-                raise InputError(
-                    f"{why}; use meshing.portfolio=[{{}}], or define your own variants"
-                )
+                what = f"{why}; use meshing.portfolio=[{{}}], or define your own variants"
+                raise InputError(what)
             logger.info("%s", why)
 
 

@@ -57,9 +57,8 @@ def lattice(
     if unknown:
         raise LookupError(f"no primitive named {unknown[0]!r}; have {', '.join(primitives)}")
     if len(grid) != 3 or len(context) != np.prod(grid):
-        raise ValueError(
-            f"context of grid {tuple(grid)} needs {np.prod(grid)} cells; got {context}"
-        )
+        what = f"context of grid {tuple(grid)} needs {np.prod(grid)} cells; got {context}"
+        raise ValueError(what)
     empty = np.zeros((3, 3, 3), bool)
     cells = np.stack([empty if name is None else primitives[name] for name in context])
     i, j, k = (int(n) for n in grid)

@@ -71,9 +71,8 @@ def fit(
     The smoothness is multiplied by ten until the map preserves orientation on its whole lattice.
     """
     if points.shape != targets.shape or len(points) < 4:
-        raise ValueError(
-            f"fit needs at least 4 pairs of points; got {points.shape}, {targets.shape}"
-        )
+        what = f"fit needs at least 4 pairs of points; got {points.shape}, {targets.shape}"
+        raise ValueError(what)
     low, scale = targets.min(axis=0), float(np.linalg.norm(np.ptp(targets, axis=0)))
     goal = (targets - low) / scale
     linear, offset = _affine(points, goal, outlier)

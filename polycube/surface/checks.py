@@ -55,12 +55,11 @@ def _check_one_piece(surface: TriMesh) -> None:
     inner, outer = np.argsort(spans)[-2:]
     probes = surface.vertices[shells[inner][:: len(shells[inner]) // 8 + 1, 0]]
     if (abs(winding_numbers(TriMesh(surface.vertices, shells[outer]), probes)) > 0.5).all():
-        raise InputError(
-            f"the solid has an inner void: its piece of {sizes[inner]} faces at "
-            f"{measures.place(surface, probes[0])} lies inside another; give a solid without voids"
-        )
+        inside = f"its piece of {sizes[inner]} faces at {measures.place(surface, probes[0])}"
+        what = f"the solid has an inner void: {inside} lies inside another"
+        raise InputError(what, remedy="give a solid without voids")
     smallest = int(np.argmin(sizes))
-    raise InputError(
-        f"the surface has {len(sizes)} separate pieces, the smallest of {sizes[smallest]} faces "
-        f"at {measures.place(surface, surface.vertices[shells[smallest][0, 0]])}; give one solid"
-    )
+    place = measures.place(surface, surface.vertices[shells[smallest][0, 0]])
+    least = f"the smallest of {sizes[smallest]} faces at {place}"
+    what = f"the surface has {len(sizes)} separate pieces, {least}"
+    raise InputError(what, remedy="give one solid")

@@ -46,10 +46,8 @@ class Polycube(Arrays):
             if (np.diff(getattr(self, name)) <= 0).any():
                 raise ValueError(f"Polycube.{name} must ascend; got {getattr(self, name)}")
         if len(self.context) != np.prod(self.grid):
-            raise ValueError(
-                f"Polycube.context must name {np.prod(self.grid)} cells of grid {self.grid}; "
-                f"got {self.context}"
-            )
+            what = f"Polycube.context must name {np.prod(self.grid)} cells of grid {self.grid}"
+            raise ValueError(f"{what}; got {self.context}")
 
     @property
     def knots(self) -> PerAxis:

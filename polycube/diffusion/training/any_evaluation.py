@@ -78,10 +78,9 @@ def evaluate_lattices(
     has = (part for part, n in searched if slabs[0] <= min(n) and max(n) <= slabs[1])
     chosen = list(islice(has, n_parts))
     if len(chosen) < n_parts:
-        raise InputError(
-            f"slabs: only {len(chosen)} of the first {SEARCHED * n_parts} parts have {slabs[0]} to "
-            f"{slabs[1]} along each axis; use a wider range or fewer lattices"
-        )
+        wanted = f"{slabs[0]} to {slabs[1]} along each axis"
+        what = f"only {len(chosen)} of the first {SEARCHED * n_parts} parts have {wanted}"
+        raise InputError(what, "slabs", "use a wider range or fewer lattices")
     return [columns(draw, part) for part in chosen]
 
 

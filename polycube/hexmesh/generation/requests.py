@@ -65,19 +65,15 @@ def _request_of(entry: object) -> Request:
         )
     name, kind = entry["at"], str(*keys)
     if not isinstance(name, str) or not may_name(name) or kind_of(name) in ("patch", ""):
-        raise ValueError(
-            "an entry of at must name an end (x_min to z_max), a hole (hole_1) or a CAD face "
-            f"(cad_face_1, cad_NAME); got {name!r}"
-        )
+        known = "an end (x_min to z_max), a hole (hole_1) or a CAD face (cad_face_1, cad_NAME)"
+        raise ValueError(f"an entry of at must name {known}; got {name!r}")
     value = entry[kind]
     if kind == "size":
         require(f"the size at {name}", LENGTH, value)
     elif kind not in LEAST:
-        raise ValueError(
-            f"an entry of at must have around, through or size; got {kind!r} at {name}"
-        )
+        what = f"an entry of at must have around, through or size; got {kind!r} at {name}"
+        raise ValueError(what)
     elif type(value) is not int or not LEAST[kind] <= value <= MOST:
-        raise ValueError(
-            f"{kind} at {name} must be a whole number from {LEAST[kind]} to {MOST}; got {value!r}"
-        )
+        what = f"{kind} at {name} must be a whole number from {LEAST[kind]} to {MOST}"
+        raise ValueError(f"{what}; got {value!r}")
     return Request(name, kind, value)

@@ -27,19 +27,14 @@ def check_requests(surface: TriMesh, requests: Sequence[Request]) -> None:
     for request in requests:
         if request.at not in sets:
             near = get_close_matches(request.at, sets, NEAR_NAMES)
-            raise InputError(
-                f"the part has no face or hole {request.at!r}",
-                "meshing.at",
-                (f"did you mean {' or '.join(near)}; " if near else "")
-                + (f"there are {listed(sets)}" if sets else "no part of this surface has a name"),
-            )
+            what = f"the part has no face or hole {request.at!r}"
+            meant = f"did you mean {' or '.join(near)}; " if near else ""
+            have = f"there are {listed(sets)}" if sets else "no part of this surface has a name"
+            raise InputError(what, "meshing.at", meant + have)
         wall = sets[wall_of(sets, request)]
         if request.kind == "around" and not rims(surface.vertices, surface.faces[wall]):
-            raise InputError(
-                f"{request.at} has no border along which hexes can be counted",
-                "meshing.at",
-                "name a hole or a face with a border",
-            )
+            what = f"{request.at} has no border along which hexes can be counted"
+            raise InputError(what, "meshing.at", "name a hole or a face with a border")
 
 
 def wall_of(sets: Mapping[str, np.ndarray], request: Request) -> str:

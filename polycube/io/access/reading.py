@@ -43,10 +43,8 @@ def _check_regular(path: Path) -> None:
         raise InputError("this is a pipe, a socket or a device; give a regular file")
     on_disk = BLOCK * getattr(found, "st_blocks", found.st_size)
     if found.st_size > max(LARGE, 100 * on_disk):
-        raise InputError(
-            f"only {on_disk} of its {found.st_size} bytes are on the disk, the others are a hole; "
-            "copy the file again"
-        )
+        what = f"only {on_disk} of its {found.st_size} bytes are on the disk, the others are a hole"
+        raise InputError(what, remedy="copy the file again")
 
 
 def read_json(path: Path, remedy: str = "name the folder of a run") -> Json:

@@ -39,12 +39,10 @@ def with_earlier_settings(settings: Settings) -> Settings:
     new, old = _options(now), _options(earlier)
     for name in _changed(new, old):
         if name.partition(".")[0] in groups or _is_before(start, name, now["meshing"]):
-            raise InputError(
-                f"{new[name]} has no effect, because the result of the resumed run is used, "
-                f"which was made with {old[name]}",
-                name,
-                "leave it out, or start at an earlier stage with from=",
-            )
+            used = "because the result of the resumed run is used"
+            what = f"{new[name]} has no effect, {used}, which was made with {old[name]}"
+            remedy = "leave it out, or start at an earlier stage with from="
+            raise InputError(what, name, remedy)
     return Settings.of({**now, **{group: earlier[group] for group in groups}})
 
 

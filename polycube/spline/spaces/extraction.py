@@ -172,9 +172,8 @@ def _check_sharp(
     sides = np.sort(quads[:, [[0, 1], [2, 3], [0, 2], [1, 3]]], axis=-1)
     known = is_among(sharp_edges, sides.reshape(-1, 2))
     if not known.all():
-        raise ValueError(
-            f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is not on the boundary"
-        )
+        what = f"sharp edge {sharp_edges[np.argmin(known)].tolist()} is not on the boundary"
+        raise ValueError(what)
     if len(curves) != len(sharp_edges):
         raise ValueError(f"{len(sharp_edges) - len(curves)} sharp edges are given twice")
     inside = np.setdiff1d(tips, quads)

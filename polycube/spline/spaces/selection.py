@@ -70,9 +70,8 @@ class Refinement(Options):
         """
         if not isinstance(self.elements, str):
             if not all(is_whole(element, 0) for element in self.elements):
-                raise ValueError(
-                    f"refine.elements must be whole numbers >= 0 or a file; got {self.elements!r}"
-                )
+                what = "refine.elements must be whole numbers >= 0 or a file"
+                raise ValueError(f"{what}; got {self.elements!r}")
             levels = [list(self.elements)] if len(self.elements) else []
         else:
             levels = _from_file(Path(self.elements))
@@ -136,11 +135,9 @@ def check_listed(listed: Sequence[np.ndarray], n_elements: int) -> None:
     for level, elements in enumerate(listed):
         limit = 8 * len(listed[level - 1]) if level else n_elements
         if elements.max(initial=-1) >= limit:
-            raise InputError(
-                f"refine.elements contains element {elements.max()} of level {level}, "
-                + (f"where those listed before have {limit} children" if level else "")
-                + ("" if level else f"where there are {limit} elements")
-            )
+            what = f"refine.elements contains element {elements.max()} of level {level}"
+            many = f"those listed before have {limit} children"
+            raise InputError(f"{what}, where {many if level else f'there are {limit} elements'}")
 
 
 def _meets(space: Space, box: np.ndarray) -> np.ndarray:

@@ -64,10 +64,8 @@ def checked(cloud: Cloud) -> Cloud:
     number = len(left.points)
     if number < FEWEST:
         strange = f", {(~finite).sum()} are not finite" if not finite.all() else ""
-        raise InputError(
-            f"the cloud has {number} distinct points (of {len(cloud.points)}{strange}); a surface "
-            f"needs {FEWEST} at least"
-        )
+        what = f"the cloud has {number} distinct points (of {len(cloud.points)}{strange})"
+        raise InputError(what, remedy=f"a surface needs {FEWEST} at least")
     size = float(np.hypot.reduce(np.ptp(left.points, axis=0)))
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"the cloud's diagonal of {size:.3g} is out of range; scale it to about 1")

@@ -91,10 +91,8 @@ def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstr
         added = len(more.points)
         surface = _poisson(made.cloud.joined(more), depth) if added else surface
     if not is_closed(surface.faces):
-        raise InputError(
-            "the points leave so much of the surface open that it could not be closed; scan the "
-            "missing parts too"
-        )
+        what = "the points leave so much of the surface open that it could not be closed"
+        raise InputError(what, remedy="scan the missing parts too")
     if volume(surface) < 0:
         surface = TriMesh(surface.vertices, surface.faces[:, ::-1])
     away = distance(tree(surface.vertices[surface.faces]), cloud.points)

@@ -54,10 +54,9 @@ def checked(vertices: np.ndarray, faces: np.ndarray) -> Step:
     surface = compact(vertices, faces)
     size = measures.diagonal(surface)
     if size == 0:
-        raise InputError(
-            f"all corners of its {len(faces)} triangles are at one point, "
-            f"{measures.place(surface, surface.vertices[0])}; move the part closer to the origin"
-        )
+        place = measures.place(surface, surface.vertices[0])
+        what = f"all corners of its {len(faces)} triangles are at one point, {place}"
+        raise InputError(what, remedy="move the part closer to the origin")
     if not DIAGONALS[0] < size < DIAGONALS[1]:
         raise InputError(f"its diagonal of {size:.3g} is out of range; scale it to about 1")
     unused = len(vertices) - len(surface.vertices)
@@ -82,11 +81,10 @@ def weld_near(surface: TriMesh) -> Step:
     n_lost = len(surface.faces) - len(welded.faces)
     if n_lost > COLLAPSE * len(surface.faces):
         far = np.abs(surface.vertices - np.median(surface.vertices, axis=0)).max(axis=1).argmax()
-        raise InputError(
-            f"{n_lost} of its {len(surface.faces)} faces are below {WELD:g} of its diagonal, "
-            f"{scale:.3g}; does the vertex at {measures.place(surface, surface.vertices[far])} "
-            "belong to it?"
-        )
+        size = f"{WELD:g} of its diagonal, {scale:.3g}"
+        what = f"{n_lost} of its {len(surface.faces)} faces are below {size}"
+        place = measures.place(surface, surface.vertices[far])
+        raise InputError(what, remedy=f"does the vertex at {place} belong to it?")
     n_welded = len(surface.vertices) - len(welded.vertices)
     return welded, [f"welded corners: {n_welded}, up to {gaps.max():.2g} apart", *notes]
 
@@ -190,9 +188,8 @@ def flip_flat(surface: TriMesh) -> Step:
         other = owner[b, a]
         tip = int(faces[other].sum()) - a - b
         if (middle, tip) in owner or (tip, middle) in owner:
-            raise InputError(
-                f"a face without area is at {measures.place(surface, corners[0])}; remove it"
-            )
+            what = f"a face without area is at {measures.place(surface, corners[0])}; remove it"
+            raise InputError(what)
         del owner[a, b], owner[b, a]
         for f, triangle in ((face, (middle, a, tip)), (other, (middle, tip, b))):
             faces[f] = triangle
