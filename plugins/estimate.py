@@ -121,21 +121,17 @@ def cure(move: Cure, history: History) -> Expected:
     mesh, missed = outcome.state.hexes, outcome.verdict.shortfall
     assert mesh is not None
     jacobian = scaled_jacobian(mesh.vertices, mesh.hexes)
-    poor, further = (
-        (jacobian < limit).sum() for limit in (Goal.weak_jacobian, Goal.scaled_jacobian)
-    )
+    poor = (jacobian < Goal.weak_jacobian).sum()
+    further = (jacobian < Goal.scaled_jacobian).sum()
     invalid = missed.get("validity", 0.0)
-    failed = sum(
-        type(each.move) is type(move) and not each.verdict.is_valid for each in history.outcomes
-    )
+    alike = [each for each in history.outcomes if type(each.move) is type(move)]
+    failed = sum(not each.verdict.is_valid for each in alike)
     gain = invalid + CURED * missed.get("scaled_jacobian", 0.0)
     behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
     success = MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed if invalid else 1.0
     success *= REPLACED if "features" in missed else 1
-    return Expected(
-        success * max(0.0, gain - behind),
-        CURE + EACH_CURE * float(poor) + EACH_FURTHER * float(further),
-    )
+    work = CURE + EACH_CURE * float(poor) + EACH_FURTHER * float(further)
+    return Expected(success * max(0.0, gain - behind), work)
 
 
 def again(move: Again, history: History) -> Expected:

@@ -29,25 +29,18 @@ def failures(goal: Goal, found: Inspection, open_ones: np.ndarray) -> Iterator[s
     if len(found.crossings):
         quad = found.mesh.quads[found.crossings[0, 0]]
         place = np.round(found.mesh.vertices[quad].mean(axis=0), 3).tolist()
-        yield (
-            f"the boundary intersects itself: {len(found.crossings)} pairs of quads, the first "
-            f"at {place}"
-        )
+        pairs = f"{len(found.crossings)} pairs of quads, the first at {place}"
+        yield f"the boundary intersects itself: {pairs}"
     if len(open_ones):
-        yield (
-            f"the Jacobian of {len(open_ones)} of {len(found.mesh.hexes)} hexes is not "
-            f"positive everywhere; the first is number {open_ones[0]}"
-        )
+        share = f"{len(open_ones)} of {len(found.mesh.hexes)} hexes"
+        first = f"the first is number {open_ones[0]}"
+        yield f"the Jacobian of {share} is not positive everywhere; {first}"
     if has_wrong_volume(goal, found):
-        yield (
-            f"the volume is {found.volume_ratio:.1%} of the part's, more than "
-            f"{goal.volume_limit:.0%} off"
-        )
+        limit = f"more than {goal.volume_limit:.0%} off"
+        yield f"the volume is {found.volume_ratio:.1%} of the part's, {limit}"
     if found.largest > goal.distance_limit:
-        yield (
-            f"mesh and surface are up to {found.largest:.1%} of the diagonal apart, more than "
-            f"{goal.distance_limit:.0%}"
-        )
+        limit = f"more than {goal.distance_limit:.0%}"
+        yield f"mesh and surface are up to {found.largest:.1%} of the diagonal apart, {limit}"
 
 
 def warnings(goal: Goal, found: Inspection) -> Iterator[str]:
@@ -56,30 +49,22 @@ def warnings(goal: Goal, found: Inspection) -> Iterator[str]:
 
     apart, p99 = found.deviation, found.deviation.p99
     if found.scaled_jacobian < goal.poor_jacobian:
-        yield (
-            f"the smallest scaled Jacobian is {found.scaled_jacobian:.3f}, below "
-            f"{goal.poor_jacobian:g}"
-        )
+        below = f"below {goal.poor_jacobian:g}"
+        yield f"the smallest scaled Jacobian is {found.scaled_jacobian:.3f}, {below}"
     if apart.vertices >= goal.far_vertices:
-        yield (
-            f"boundary vertices are up to {apart.vertices:.2%} of the diagonal away from the "
-            f"surface, more than {goal.far_vertices:.1%}"
-        )
+        away = f"up to {apart.vertices:.2%} of the diagonal away from the surface"
+        yield f"boundary vertices are {away}, more than {goal.far_vertices:.1%}"
     if abs(found.volume_ratio - 1) >= goal.far_volume:
-        yield (
-            f"the volume is {found.volume_ratio:.1%} of the part's, more than "
-            f"{goal.far_volume:.0%} off"
-        )
+        above = f"more than {goal.far_volume:.0%} off"
+        yield f"the volume is {found.volume_ratio:.1%} of the part's, {above}"
     for far, limit, length in (
         (found.off_wall, goal.far_wall, "wall thickness"),
         (found.off_size, goal.far_size, "edge length of the hexes"),
     ):
         if far.share > limit:
             place = np.round(far.place, 3).tolist()
-            yield (
-                f"mesh and surface are {far.distance:.3g} apart at {place}, which is "
-                f"{far.share:.0%} of the {length} there, {far.length:.3g}"
-            )
+            share = f"{far.share:.0%} of the {length} there, {far.length:.3g}"
+            yield f"mesh and surface are {far.distance:.3g} apart at {place}, which is {share}"
             break
     else:
         if found.largest > max(goal.distance, goal.peak * p99):

@@ -158,8 +158,5 @@ class Standard(Options, Goal, Acceptance):
     def _is_far(self, found: Inspection) -> bool:
         """Whether distances or volume exceed their limits."""
         apart = found.deviation
-        return (
-            apart.p99 > self.distance
-            or apart.vertices > self.far_vertices
-            or abs(found.volume_ratio - 1) > self.far_volume
-        )
+        is_off = abs(found.volume_ratio - 1) > self.far_volume
+        return is_off or apart.p99 > self.distance or apart.vertices > self.far_vertices

@@ -51,16 +51,13 @@ class Split(Options):
                 stop = f"{done} refinements are the largest allowed number"
             else:
                 features = features_of(self.features, surface)
-                finer = refine(
-                    hexes, surface, features != "off", wanted or REACH, features == "exact"
-                )
+                uses, is_exact = features != "off", features == "exact"
+                finer = refine(hexes, surface, uses, wanted or REACH, is_exact)
                 stop = "no mesh of eight times the hexes keeps its quality" * (finer is hexes)
                 hexes, done = finer, done + 1
             if stop:
-                warning = (
-                    f"{why}, but {stop}; the mesh has {len(hexes.hexes)} hexes (try a smaller "
-                    "meshing.size)"
-                )
+                number = f"the mesh has {len(hexes.hexes)} hexes (try a smaller meshing.size)"
+                warning = f"{why}, but {stop}; {number}"
                 logger.warning("warning: %s", warning)
                 return replace(hexes, warnings=(*hexes.warnings, warning))
         return hexes
@@ -73,9 +70,7 @@ class Split(Options):
             apart = inspect(hexes, surface).deviation
             reached = max(apart.to_mesh.p99, apart.to_surface.p99)
             if reached > wanted:
-                return (
-                    f"99 % of points are within {reached:.2%} of the diagonal, not within the "
-                    f"deviation {wanted:.2%}"
-                )
+                limit = f"not within the deviation {wanted:.2%}"
+                return f"99 % of points are within {reached:.2%} of the diagonal, {limit}"
             logger.info("refine: deviation %.2f %%, limit %.2f %%", 100 * reached, 100 * wanted)
         return f"refinement {done + 1} of {self.times} is requested" if done < self.times else ""

@@ -71,10 +71,8 @@ def volume(mesh: HexMesh) -> float:
     centre = mesh.vertices.mean(axis=0)  # reduces rounding errors for a part far from the origin
     a, b, c, d = np.moveaxis(mesh.vertices[mesh.quads] - centre, 1, 0)
     # The mean over both diagonals of a quad is exact for a bilinear quad.
-    six = sum(
-        np.einsum("qd,qd->", p, np.cross(q, r))
-        for p, q, r in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
-    )
+    halves = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
+    six = sum(np.einsum("qd,qd->", p, np.cross(q, r)) for p, q, r in halves)
     return float(six / 12)
 
 

@@ -95,10 +95,8 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             logger.info("%s: %s", "removed" if row["removed"] else "kept", described(row, unit))
     logger.info("%s: lengths in %s, volume %.6g", path, stated, size)
     if unit and resolved(options.units, unit) != unit:
-        notes.append(
-            f"the file's lengths are in {unit}, but analysis.units={options.units}; "
-            f"use analysis.units=auto"
-        )
+        given = f"analysis.units={options.units}; use analysis.units=auto"
+        notes.append(f"the file's lengths are in {unit}, but {given}")
     called = (surface.name, *surface.region_names, *surface.region_groups, *surface.region_edges)
     if path.suffix.lower() in STEP and not all(map(str.isascii, called)):
         if not exchange(path).is_unicode:
@@ -106,10 +104,8 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
     if found["way"] != WAYS[0]:
-        notes.append(
-            f"there is no closed surface with cad.segments={options.segments}; triangles on "
-            "curved faces are larger"
-        )
+        note = f"there is no closed surface with cad.segments={options.segments}"
+        notes.append(f"{note}; triangles on curved faces are larger")
     if found["segments"] < options.segments:
         notes.append(
             f"round faces have {found['segments']} triangle edges on a full turn instead of "
@@ -117,10 +113,8 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
         )
     lost = 1 - volume(surface) / size
     if abs(lost) > LOST:
-        notes.append(
-            f"the triangles enclose {100 * lost:.1f} % less than the solid; "
-            f"increase cad.segments={options.segments}"
-        )
+        note = f"the triangles enclose {100 * lost:.1f} % less than the solid"
+        notes.append(f"{note}; increase cad.segments={options.segments}")
     if options.threads == "absorb":
         surface, replaced = without_threads(surface, unit or "")
         notes += replaced

@@ -142,12 +142,8 @@ def _in_order(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
 def _untwisted(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:
     """(H,) whether the corners are all right-handed, or all left-handed."""
     corners = vertices[hexes]
-    sign = np.sign(
-        np.linalg.det(
-            corners[:, connectivity.CORNERS[:, 1:]] - corners[:, connectivity.CORNERS[:, :1]]
-        )
-    )
-    return np.abs(sign.sum(axis=1)) == 8
+    edges = corners[:, connectivity.CORNERS[:, 1:]] - corners[:, connectivity.CORNERS[:, :1]]
+    return np.abs(np.sign(np.linalg.det(edges)).sum(axis=1)) == 8
 
 
 def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list[str]]:

@@ -67,11 +67,7 @@ def _cut(
         yield nodes, ()
         return
     part, weight = graph[nodes][:, nodes], size[nodes]
-    choices = [
-        choice
-        for axis in range(points.shape[1])
-        for choice in _separators(part, points[nodes, axis], weight)
-    ]
+    choices = [each for axis in points[nodes].T for each in _separators(part, axis, weight)]
 
     def cost(choice: tuple[np.ndarray, np.ndarray]) -> float:
         """Unknowns of the separator divided by those of the two parts, multiplied."""

@@ -125,10 +125,8 @@ NOT_FITTED = "the mesh is not fitted: its vertices are not on the surface yet"
 
 def with_options(stages: Sequence[Stage], options: Options) -> list[Stage]:
     """The stages with replaced options of their plugins, as far as these have them."""
-    return [
-        Stage(s.kind, replace(s.plugin, **_known(s.plugin, options.get(s.kind, {}))))
-        for s in stages
-    ]
+    own = [_known(stage.plugin, options.get(stage.kind, {})) for stage in stages]
+    return [Stage(s.kind, replace(s.plugin, **new)) for s, new in zip(stages, own, strict=True)]
 
 
 def _known(plugin: Any, options: Mapping[str, object]) -> dict[str, object]:
@@ -156,17 +154,14 @@ def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
     """
     plugins = {stage.kind: stage.plugin for stage in stages}
     for name, value in bundle.items():
-        options = [
-            (k, each[k]) for each in variants_of({name: value}) for k in each if k in plugins
-        ]
+        variants = variants_of({name: value})
+        options = [(k, each[k]) for each in variants for k in each if k in plugins]
         for kind, replaced in options:
             lacking = sorted(set(replaced) - set(_known(plugins[kind], replaced)))
             if not lacking:
                 continue
-            why = (
-                f"a variant of meshing.{name} sets {', '.join(lacking)} of {kind}, which "
-                f"{type(plugins[kind]).__name__} does not have"
-            )
+            lacks = f"{type(plugins[kind]).__name__} does not have"
+            why = f"a variant of meshing.{name} sets {', '.join(lacking)} of {kind}, which {lacks}"
             if name == "portfolio":
                 what = f"{why}; use meshing.portfolio=[{{}}], or define your own variants"
                 raise InputError(what)

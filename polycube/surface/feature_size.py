@@ -60,10 +60,8 @@ def small_details(goal: Target, size: float, across: float, around: float) -> np
 def _on_faces(goal: Target, across: float, around: float) -> tuple[np.ndarray, np.ndarray]:
     """Points of the surface (N, 3) and the hex size needed there for walls, holes and bends."""
     points, face = spread(goal.surface, SAMPLES)
-    wall, room = (
-        widths(goal, points, outside, LARGE * max(across, around / np.pi))
-        for outside in (False, True)
-    )
+    most = LARGE * max(across, around / np.pi)
+    wall, room = (widths(goal, points, outside, most) for outside in (False, True))
     bend = np.sqrt(8 * CHORD / np.maximum(_curvature(goal)[face], 1e-9))
     return points, np.minimum(np.minimum(wall / across, room * np.pi / around), bend)
 
@@ -140,9 +138,8 @@ def widths(
         away, back = centre - foot, before - centre
         radius = np.linalg.norm(away, axis=1)
         found[active] = 2 * radius
-        cosine = -(away * back).sum(axis=1) / np.maximum(
-            radius * np.linalg.norm(back, axis=1), 1e-30
-        )
+        lengths = radius * np.linalg.norm(back, axis=1)
+        cosine = -(away * back).sum(axis=1) / np.maximum(lengths, 1e-30)
         stopped = cosine < OPPOSITE
         found[active[stopped]] = np.linalg.norm(foot - before, axis=1)[stopped]
         stopped |= 2 * radius > most

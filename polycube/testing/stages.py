@@ -56,10 +56,8 @@ def check_structure(plugin: Callable) -> None:
             claim(bool(candidate.key), "a proposal has a key")
             claim(np.isfinite(candidate.cost), "a cost is finite", candidate.cost)
             claim(_volume(candidate) > 0, "a rough map keeps orientation")
-    claim(
-        n_proposals > 0,
-        "something is proposed for a block, with or without a hole, half a ring or a bent strip",
-    )
+    parts = "a block, with or without a hole, half a ring or a bent strip"
+    claim(n_proposals > 0, f"something is proposed for {parts}")
 
 
 def _volume(candidate: Candidate) -> float:

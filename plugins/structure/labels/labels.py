@@ -81,9 +81,8 @@ class LabelLattice(OnGrid, Structure):
                 logger.info("labels: %.0f %% of the area is planar", 100 * own.planar)
                 continue
             if len(own.face) > most:
-                logger.info(
-                    "labels: nothing is proposed, because %d pieces are too many", len(own.face)
-                )
+                message = "labels: nothing is proposed, because %d pieces are too many"
+                logger.info(message, len(own.face))
                 continue
             made += self._in_view(own, view, brick)
         return sorted(made, key=lambda candidate: candidate.cost)
@@ -102,16 +101,14 @@ class LabelLattice(OnGrid, Structure):
                 continue
             full, knots = own[0].full, own[0].knots
             if full.size > self.bricks:
-                logger.info(
-                    "labels: a lattice of %d bricks, full or empty, is too large", full.size
-                )
+                message = "labels: a lattice of %d bricks, full or empty, is too large"
+                logger.info(message, full.size)
                 break
             on = OnBricks(full, knots, pieces.surface, own[1])
             made = on.candidate("labels", view, self.smoothness, entry.cost, brick)
             found.setdefault(made.key, made)
-        logger.info(
-            "labels: frame %d, %d pieces, %d candidates", view.number, len(pieces.face), len(found)
-        )
+        message = "labels: frame %d, %d pieces, %d candidates"
+        logger.info(message, view.number, len(pieces.face), len(found))
         return list(found.values())
 
     def _labellings(self, pieces: Pieces) -> list[Labelling]:

@@ -57,13 +57,8 @@ def bricks(
     knots = [np.bincount(k, c) / np.bincount(k) for k, c in zip(index, constants, strict=True)]
     if any(len(k) < 2 or (np.diff(k) <= 1e-9).any() for k in knots):
         return None
-    placed = np.stack(
-        [
-            positions(fields[axis], charts.group[axis], constants[axis], index[axis])
-            for axis in range(3)
-        ],
-        axis=1,
-    )
+    axes = zip(fields, charts.group, constants, index, strict=True)
+    placed = np.stack([positions(*axis) for axis in axes], axis=1)
     shape = tuple(len(k) - 1 for k in knots)
     middles = np.argwhere(np.ones(shape, bool)) + 0.5 + OFF
     winding = winding_numbers(TriMesh(placed, surface.faces), middles)
@@ -91,12 +86,8 @@ def _covered(
     """The parts of charts that contain the centre of a face of the bricks."""
     covered = np.zeros(len(charts.chart_of_part), bool)
     padded = np.pad(full, 1)
-    plane = np.array(
-        [
-            index[int(label) // 2][group]
-            for label, group in zip(charts.chart_label, charts.chart_group, strict=True)
-        ]
-    )
+    drawn = zip(charts.chart_label, charts.chart_group, strict=True)
+    plane = np.array([index[int(label) // 2][group] for label, group in drawn])
     for label in range(6):
         axis = label // 2
         here = np.moveaxis(padded, axis, 0)
@@ -175,13 +166,9 @@ def _merges(
     best: Bricks, apart: float, separate: set[tuple[int, int, int]], tried: set[tuple[int, bytes]]
 ) -> Iterator[list[np.ndarray]]:
     """Knots of the groups after merging two neighbours, the closest first, without repetitions."""
-    gaps = sorted(
-        (float(gap), axis, k)
-        for axis in range(3)
-        for k, gap in enumerate(np.diff(best.knots[axis]))
-        if gap < apart
-    )
-    for _, axis, k in gaps:
+    gaps = [np.diff(knots) for knots in best.knots]
+    near = ((float(gap), a, k) for a in range(3) for k, gap in enumerate(gaps[a]) if gap < apart)
+    for _, axis, k in sorted(near):
         new = np.where(best.index[axis] > k, best.index[axis] - 1, best.index[axis])
         is_broken = any(a == axis and new[low] == new[high] for a, low, high in separate)
         if is_broken or (axis, new.tobytes()) in tried:

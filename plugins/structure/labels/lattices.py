@@ -55,12 +55,9 @@ class OnBricks(NamedTuple):
     ) -> Candidate:
         """The candidate of the bricks, each a primitive with the given name."""
         polycube = of_bricks(self.full, brick)
-        rough_map = fitted(
-            self.knots,
-            TriMesh(self.placed, self.surface.faces),
-            self.surface.vertices @ view.place,
-            smoothness,
-        )
+        placed = TriMesh(self.placed, self.surface.faces)
+        points = self.surface.vertices @ view.place
+        rough_map = fitted(self.knots, placed, points, smoothness)
         key = structure_key(polycube, np.eye(3), view.number)
         return Candidate(proposal, polycube, rough_map, cost, key)
 

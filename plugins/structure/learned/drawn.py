@@ -81,19 +81,15 @@ class Drawn(OnGrid, Structure):
 
         n_faces = len(np.unique(surface.region))
         if n_faces > self.faces:
-            logger.info(
-                "drawn: nothing proposed for %d CAD faces, the limit is %d", n_faces, self.faces
-            )
+            message = "drawn: nothing proposed for %d CAD faces, the limit is %d"
+            logger.info(message, n_faces, self.faces)
             return []
         brick = full_cell(self.primitives)
         if brick is None or any(candidate.proposal == "given" for candidate in candidates):
             return []
         denoiser = denoiser_of_any(self.weights)
-        return [
-            candidate
-            for view in views(surface, self.frames)
-            for candidate in self.in_view(denoiser, view, brick)
-        ]
+        found = (self.in_view(denoiser, view, brick) for view in views(surface, self.frames))
+        return [candidate for own in found for candidate in own]
 
     def in_view(self, denoiser: Denoiser, view: View, brick: str) -> list[Candidate]:
         """Candidates for a part in a frame, the most frequent first."""

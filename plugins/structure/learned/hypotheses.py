@@ -69,9 +69,8 @@ def denoiser_of_grid(
     from polycube.diffusion.weights import load_denoiser, shipped_grids
 
     if weights is None and tuple(grid) not in shipped_grids():
-        logger.info(
-            "no weights are included for grid %s; nothing is proposed", "x".join(map(str, grid))
-        )
+        shape = "x".join(map(str, grid))
+        logger.info("no weights are included for grid %s; nothing is proposed", shape)
         return None
     denoiser = load_denoiser(build, weights, grid)
     if not denoiser.condition.grid:

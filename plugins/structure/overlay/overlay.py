@@ -86,18 +86,15 @@ class Overlay(OnGrid, Structure):
             return []
         frame = frames(surface)[0]
         size = sizing.length(self.size, diagonal(surface))
-        found = [
-            _first(self._lattices(surface, frame, size, cell, brick))
-            for cell in self._sizes(surface, size)
-        ]
+        sizes = self._sizes(surface, size)
+        found = [_first(self._lattices(surface, frame, size, cell, brick)) for cell in sizes]
         made = [each for each in found if each is not None]
         correct = [candidate for defects, candidate in made if not any(defects)]
         if correct or not made:
             return correct
         (_, off), nearest = min(made, key=lambda each: each[0])
-        logger.info(
-            "overlay: no lattice has the right topology; the genus differs by %d or more", off
-        )
+        message = "overlay: no lattice has the right topology; the genus differs by %d or more"
+        logger.info(message, off)
         return [replace(nearest, tier=Tier.LAST)]
 
     def __post_init__(self) -> None:
@@ -154,9 +151,8 @@ class Overlay(OnGrid, Structure):
                 continue
             x, y, z = (planes(turned, a, edge, sizing.doublings(size, edge)) for a in range(3))
             if len(x) * len(y) * len(z) > MOST_CELLS:
-                logger.info(
-                    "overlay: the grid of cells of size %.4g around the part is too large", edge
-                )
+                message = "overlay: the grid of cells of size %.4g around the part is too large"
+                logger.info(message, edge)
                 continue
             solid = inside(turned.vertices[turned.faces], *map(_samples, (x, y, z)))
             shape = (len(x) - 1, SAMPLES, len(y) - 1, SAMPLES, len(z) - 1, SAMPLES)
@@ -166,13 +162,8 @@ class Overlay(OnGrid, Structure):
                     continue
                 polycube = of_bricks(full, brick)
                 found, number = genus(polycube), full.sum()
-                logger.info(
-                    "overlay: %d full cells of size %.4g, genus %d of %d",
-                    number,
-                    edge,
-                    found,
-                    wanted,
-                )
+                message = "overlay: %d full cells of size %.4g, genus %d of %d"
+                logger.info(message, number, edge, found, wanted)
                 corners = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
                 rough_map = RoughMap(*polycube.knots, corners @ frame)
                 key = f"overlay {sha256(full.tobytes()).hexdigest()}"

@@ -183,10 +183,8 @@ def slabs_of_context(context: Sequence[str | None], primitives: Mapping[str, np.
 
 def _slabs_of_cell(voxels: np.ndarray) -> str:
     """Three slabs of a cell; "" if a slab is not F, R, Y or Z."""
-    slabs = [
-        next((name for name, p in SECTIONS.items() if np.array_equal(p, section)), "")
-        for section in voxels
-    ]
+    known = SECTIONS.items()
+    slabs = [next((name for name, p in known if np.array_equal(p, each)), "") for each in voxels]
     return "".join(slabs) if all(slabs) else ""
 
 

@@ -56,14 +56,12 @@ class SliceMatching(SliceOptions, Structure):
             aligned = alignments(self, view, AXES, fitting)
             found += self._close([as_candidate(r, "slices", frame) for r in aligned], limit)
         found = self._close(sorted(found, key=lambda candidate: candidate.cost), len(found))
-        logger.info(
-            "slices: genus %d is that of %d of %d slab patterns", wanted, len(fitting), len(every)
-        )
+        message = "slices: genus %d is that of %d of %d slab patterns"
+        logger.info(message, wanted, len(fitting), len(every))
         for candidate in found[:1]:
             context = ", ".join(filter(None, candidate.polycube.context))
-            logger.info(
-                "slices: %d candidates, best %s with cost %.3f", len(found), context, candidate.cost
-            )
+            message = "slices: %d candidates, best %s with cost %.3f"
+            logger.info(message, len(found), context, candidate.cost)
         return found
 
     def _close(self, candidates: list[Candidate], limit: int) -> list[Candidate]:

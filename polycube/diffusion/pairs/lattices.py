@@ -166,10 +166,8 @@ def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:
     ]
     found = {}
     for feature in made:
-        low, high = (
-            tuple(own[i] for own, i in zip(number, ends, strict=True))
-            for ends in (feature.low, feature.high)
-        )
+        low = tuple(own[i] for own, i in zip(number, feature.low, strict=True))
+        high = tuple(own[i] for own, i in zip(number, feature.high, strict=True))
         moved = feature._replace(low=low, high=high)
         inside = solid.occupancy[_box(moved)]
         if 0 < inside.size < solid.occupancy.size and (inside == (feature.kind in STAYS)).all():

@@ -35,11 +35,8 @@ class Background:
     def with_lines(self, lines: np.ndarray) -> "Background":
         """With further lines (N, 2, 2) in the section."""
         new = len(self.points) + np.arange(2 * len(lines)).reshape(-1, 2)
-        return replace(
-            self,
-            points=np.concatenate([self.points, lines.reshape(-1, 2)]),
-            lines=np.concatenate([self.lines, new]),
-        )
+        points = np.concatenate([self.points, lines.reshape(-1, 2)])
+        return replace(self, points=points, lines=np.concatenate([self.lines, new]))
 
 
 def distinct(values: np.ndarray, near: float) -> np.ndarray:

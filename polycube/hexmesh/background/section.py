@@ -73,12 +73,8 @@ def section(
         for flat in filter(None, (_smooth(draft, *one) for one in several)):
             sine = sines(flat.vertices, flat.quads)
             least, mean = float(sine.min()), float(sine.mean())
-            logger.info(
-                "sweep: %d quads, sine of the angles at least %.3f, mean %.3f",
-                len(sine),
-                least,
-                mean,
-            )
+            message = "sweep: %d quads, sine of the angles at least %.3f, mean %.3f"
+            logger.info(message, len(sine), least, mean)
             rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
             if least > 0 and rank > key and _fills(flat, wanted):
                 best, key = flat, rank

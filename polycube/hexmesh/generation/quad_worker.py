@@ -104,10 +104,8 @@ def _surfaces(gmsh: ModuleType, request: dict[str, Any]) -> list[int]:
 
     surfaces = []
     for region in request["regions"]:
-        loops = [
-            geo.addCurveLoop([line(a, b) for a, b in zip(loop, [*loop[1:], loop[0]], strict=True)])
-            for loop in region
-        ]
+        edges = [zip(loop, [*loop[1:], loop[0]], strict=True) for loop in region]
+        loops = [geo.addCurveLoop([line(a, b) for a, b in pairs]) for pairs in edges]
         surfaces.append(geo.addPlaneSurface(loops))
     geo.synchronize()
     for tag in lines.values():

@@ -97,10 +97,8 @@ def number_of_hexes(polycube: Polycube, counts: Counts) -> float:
 
 def counts_of(polycube: Polycube, lines: PerAxis) -> Counts:
     """Number of parts of each lattice interval between the lines of each axis."""
-    x, y, z = (
-        np.diff(np.searchsorted(line, knots - 1e-9))
-        for line, knots in zip(lines, polycube.knots, strict=True)
-    )
+    axes = zip(lines, polycube.knots, strict=True)
+    x, y, z = (np.diff(np.searchsorted(line, knots - 1e-9)) for line, knots in axes)
     return x, y, z
 
 
@@ -123,10 +121,8 @@ def graded(polycube: Polycube, rough_map: RoughMap, counts: Counts, boxes: list[
     The ratio of neighbouring parts is at most about 1.5, or 2 next to a lattice plane, which always
     is a mesh line.
     """
-    x, y, z = (
-        _graded_axis(polycube, rough_map, counts[a], [b for b in boxes if "xyz"[a] in b.along], a)
-        for a in range(3)
-    )
+    along = [[box for box in boxes if axis in box.along] for axis in "xyz"]
+    x, y, z = (_graded_axis(polycube, rough_map, counts[a], along[a], a) for a in range(3))
     return x, y, z
 
 

@@ -65,14 +65,11 @@ def mesh_between(polycube: Polycube, rough_map: RoughMap, lines: PerAxis) -> Hex
     slab = [np.searchsorted(k, m) - 1 for k, m in zip(polycube.knots, middles, strict=True)]
     cells = np.argwhere(polycube.occupancy[np.ix_(*slab)])  # (H, 3)
     shape = tuple(len(line) for line in lines)
-    used, hexes = np.unique(
-        np.ravel_multi_index((cells[:, None] + PLACES).transpose(2, 0, 1), shape),
-        return_inverse=True,
-    )
+    corners = (cells[:, None] + PLACES).transpose(2, 0, 1)
+    used, hexes = np.unique(np.ravel_multi_index(corners, shape), return_inverse=True)
     hexes = hexes.reshape(-1, 8)
-    places = np.stack(
-        [line[i] for line, i in zip(lines, np.unravel_index(used, shape), strict=True)], axis=1
-    )
+    index = np.unravel_index(used, shape)
+    places = np.stack([line[i] for line, i in zip(lines, index, strict=True)], axis=1)
     box = np.stack([s[i] for s, i in zip(slab, cells.T, strict=True)], axis=1)
     quads, owner = exposed(hexes)
     face = (hexes[owner][:, FACES] == quads[:, None]).all(axis=2).argmax(axis=1)

@@ -77,11 +77,8 @@ def _counted(rows: Sequence[Json], unit: str) -> Iterator[str]:
     for kind in (*SIZES, "detail"):
         own = [row for row in rows if row["kind"] == kind]
         sizes = sorted({f"{row['size']:.4g}" for row in own}, key=float)
-        size = (
-            f" with a {SIZES[kind]} of {' to '.join(sizes[:: len(sizes) - 1 or 1])} {unit}"
-            if kind in SIZES
-            else ""
-        )
+        ends = " to ".join(sizes[:: len(sizes) - 1 or 1])
+        size = f" with a {SIZES[kind]} of {ends} {unit}" if kind in SIZES else ""
         faces = len({face for row in own for face in row["faces"]})
         if own:
             yield f"{len(own)} {kind}{'s' * (len(own) > 1)}{size} ({faces} of the CAD faces)"

@@ -89,12 +89,9 @@ def cautions(report: Json) -> Iterator[str]:
     for kind, what in (("static", "displacement"), ("poisson", "u")):
         if kind in report:
             errors[what] = relative_error(report[kind], what)
-    # h2s has one function for each vertex
-    functions, vertices = (
-        report.get(kind, {}).get(name)
-        for kind, name in (("spline", "functions"), ("hex", "vertices"))
-    )
-    larger = "spline=optimal" if functions == vertices else "spline.refine.levels=1"
+    functions = report.get("spline", {}).get("functions")
+    is_h2s = functions == report.get("hex", {}).get("vertices")  # one function for each vertex
+    larger = "spline=optimal" if is_h2s else "spline.refine.levels=1"
     for what, error in errors.items():
         if error is not None and error > TOLERABLE:
             other = larger if what == "frequency" else "spline.refine.levels=1"
@@ -102,10 +99,8 @@ def cautions(report: Json) -> Iterator[str]:
             yield f"the estimated error of a {what} is {100 * error:.2g} %; {remedy}"
     poor = report.get("static", {}).get("poor_elements")
     if poor:
-        yield (
-            f"the stress in {poor} elements is ignored, because their shape is too bad "
-            "(det J near 0); try another meshing.size"
-        )
+        why = "because their shape is too bad (det J near 0)"
+        yield f"the stress in {poor} elements is ignored, {why}; try another meshing.size"
 
 
 def megapascal(value: float) -> str:

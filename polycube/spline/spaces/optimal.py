@@ -159,9 +159,8 @@ class OptimalSpace(ContinuousSpace):
         at = _sums(np.stack([PLACE[node], 3 - PLACE[node]], axis=-1))
         indptr = np.arange(len(wanted) + 1) * 8
         columns = self.nodes[hexes[:, None], at].ravel()
-        inverse = csr_matrix(
-            (weights.ravel(), columns, indptr), (len(wanted), self.nodes.max() + 1)
-        )
+        shape = len(wanted), self.nodes.max() + 1
+        inverse = csr_matrix((weights.ravel(), columns, indptr), shape)
         inverse.eliminate_zeros()
         return inverse
 
@@ -173,12 +172,8 @@ class OptimalSpace(ContinuousSpace):
     @cached_property
     def smooth(self) -> np.ndarray:
         """(H, 6) sides of hexes across which every function is C2."""
-        sides = [
-            self._splined[:, PLACE[:, axis] == 3 * side, axis].all(axis=1)
-            for axis in range(3)
-            for side in range(2)
-        ]
-        return np.stack(sides, axis=1)
+        sides = [(PLACE[:, axis] == 3 * side, axis) for axis in range(3) for side in range(2)]
+        return np.stack([self._splined[:, on, axis].all(axis=1) for on, axis in sides], axis=1)
 
     def finer(self, elements: np.ndarray) -> tuple[OptimalSpace, csr_matrix]:
         """The space of the children of some hexes, 8 i to 8 i + 7, and the two-scale matrix.

@@ -41,16 +41,13 @@ class Cloud(Arrays):
 
     def taken(self, chosen: np.ndarray) -> Cloud:
         """The points that are selected by indices or by a mask."""
-        return Cloud(
-            self.points[chosen], self.normals[chosen] if len(self.normals) else self.normals
-        )
+        normals = self.normals[chosen] if len(self.normals) else self.normals
+        return Cloud(self.points[chosen], normals)
 
     def joined(self, other: Cloud) -> Cloud:
         """The points of both clouds; either both have normals or neither has."""
-        return Cloud(
-            np.concatenate([self.points, other.points]),
-            np.concatenate([self.normals, other.normals]),
-        )
+        points = np.concatenate([self.points, other.points])
+        return Cloud(points, np.concatenate([self.normals, other.normals]))
 
 
 def checked(cloud: Cloud) -> Cloud:

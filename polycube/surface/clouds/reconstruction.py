@@ -53,11 +53,8 @@ class Reconstruction:
         left = [f"{self.outliers} outliers"] * (self.outliers > 0)
         left += [f"{self.dropped} invalid or duplicate points"] * (self.dropped > 0)
         without = f" without {' and '.join(left)}" if left else ""
-        filled = (
-            f"; {100 * self.made_up:.2g} % of its area had no points and was closed"
-            if self.added
-            else ""
-        )
+        closed = f"; {100 * self.made_up:.2g} % of its area had no points and was closed"
+        filled = closed if self.added else ""
         return (
             f"surface reconstructed from {self.given} points{without}, on cells of "
             f"{self.cell:.3g}: points deviate by {self.deviation_mean:.3g} on average, "

@@ -92,9 +92,8 @@ def finite(vertices: np.ndarray, faces: np.ndarray) -> clean.Step:
         if strange.any() and not hit.all():
             used, faces = np.unique(faces[~hit], return_inverse=True)
             vertices, faces = vertices[used], faces.reshape(-1, 3)
-            notes = [
-                f"removed vertices that are not finite: {strange.sum()}, with {hit.sum()} faces"
-            ]
+            number = f"{strange.sum()}, with {hit.sum()} faces"
+            notes.append(f"removed vertices that are not finite: {number}")
     surface, more = clean.checked(vertices, faces)
     return surface, notes + more
 
