@@ -99,9 +99,7 @@ class Ddim(Options):
                 new = torch.randn(z.shape, generator=generator).to(z)
                 z = (1 - share**2) ** 0.5 * z + share * new
             recorded = [step for step in kept_steps(T) if after <= step < t]
-            *between, x_t = (
-                process.forward(x_0, z, q, torch.full((len(x_T),), step))
-                for step in [*recorded, after]
-            )
+            steps = (torch.full((len(x_T),), step) for step in [*recorded, after])
+            *between, x_t = (process.forward(x_0, z, q, step) for step in steps)
             states += between
         return x_t, torch.stack(states)

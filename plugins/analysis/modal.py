@@ -67,9 +67,6 @@ class Modal(OfProblem):
             self.enrich and not problem.is_lumped,
             problem.cyclic_symmetry,
         )
-        logger.info(
-            "mass %.6g kg; elastic modes at %s Hz",
-            modes.mass,
-            " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none requested",
-        )
+        elastic = " ".join(f"{f:.5g}" for f in modes.frequency[modes.rigid :]) or "none requested"
+        logger.info("mass %.6g kg; elastic modes at %s Hz", modes.mass, elastic)
         return modes

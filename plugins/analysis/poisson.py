@@ -69,9 +69,6 @@ class Poisson(OfProblem):
             problem.cyclic_symmetry,
         )
         flows = zip(found.supports, found.flows, strict=True)
-        logger.info(
-            "heat flow into the solid: %s, supplied %.4g W",
-            ", ".join(f"{flow:.4g} W at {name}" for name, flow in flows),
-            found.supplied,
-        )
+        listed = ", ".join(f"{flow:.4g} W at {name}" for name, flow in flows)
+        logger.info("heat flow into the solid: %s, supplied %.4g W", listed, found.supplied)
         return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -73,16 +74,8 @@ class Selective(Options):
         from polycube.fitting.registration import register_mesh
         from polycube.surface.fit_target import ALPHA
 
-        return register_mesh(
-            layered,
-            goal,
-            self.rounds,
-            self.iterations,
-            alpha=(ALPHA, ALPHA),
-            weight=WEIGHT,
-            slack=SLACK,
-            features=exact,
-        )
+        fit = partial(register_mesh, alpha=(ALPHA, ALPHA), weight=WEIGHT, slack=SLACK)
+        return fit(layered, goal, self.rounds, self.iterations, features=exact)
 
     def _layer_quads(
         self, surface: TriMesh, hexes: HexMesh, goal: Target

@@ -1,6 +1,7 @@
 """Untangle the hexes and fit their boundary to the surface."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from polycube.hexmesh.settings import Features, MeshingSettings, features_of
@@ -54,21 +55,10 @@ class Register(Options):
         exact = features_of(self.features, surface) == "exact"
         if self.rounds == 0:
             return replace(hexes, paths=existing_paths(hexes, goal)) if exact else hexes
-        near = register_mesh(
-            hexes, goal, self.quick, *QUICK, coverage=self.coverage, features=exact
-        )
+        fit = partial(register_mesh, coverage=self.coverage)
+        near = fit(hexes, goal, self.quick, *QUICK, features=exact)
         if exact and (found := matched_curves(near, goal)) < len(goal.followed.creases):
-            free = register_mesh(hexes, goal, self.quick, *QUICK, coverage=self.coverage)
+            free = fit(hexes, goal, self.quick, *QUICK)
             near = free if matched_curves(free, goal) > found else near
-        return register_mesh(
-            near,
-            goal,
-            self.rounds,
-            self.iterations,
-            self.samples,
-            alpha=ALPHA,
-            weight=WEIGHT,
-            slack=SLACK,
-            coverage=self.coverage,
-            features=exact,
-        )
+        closely = partial(fit, alpha=ALPHA, weight=WEIGHT, slack=SLACK, features=exact)
+        return closely(near, goal, self.rounds, self.iterations, self.samples)

@@ -87,12 +87,8 @@ class Registration:
         sizes = [0 if c.blocks is not None else int(c.polycube.occupancy.sum()) for c in candidates]
         found = [c for c, size in zip(candidates, sizes, strict=True) if size <= self.boxes]
         if len(found) < len(candidates):
-            logger.info(
-                "%d structures are not ranked: the largest has %d boxes, the limit is %d",
-                len(candidates) - len(found),
-                max(sizes),
-                self.boxes,
-            )
+            message = "%d structures are not ranked: the largest has %d boxes, the limit is %d"
+            logger.info(message, len(candidates) - len(found), max(sizes), self.boxes)
         return found
 
     def _scored(self, candidate: Candidate, goal: Target, cheapest: float) -> Ranked:

@@ -56,16 +56,10 @@ class Given(SliceOptions, Structure):
             raise InputError(f"context {named} has genus {has}, but the surface has genus {wanted}")
         found: list[Candidate] = []
         for frame, view in enumerate(views(self, surface)):
-            aligned = [
-                alignment
-                for solid, slabs in self._slabs(full).items()
-                for alignment in alignments(
-                    self,
-                    view,
-                    distinct_turns(solid, of_row=True),
-                    [SlabPattern(slabs, (collapse(solid),))],
-                )
-            ]
+            aligned = []
+            for solid, slabs in self._slabs(full).items():
+                pattern = SlabPattern(slabs, (collapse(solid),))
+                aligned += alignments(self, view, distinct_turns(solid, of_row=True), [pattern])
             found += [as_candidate(each, "given", frame) for each in aligned]
             if not aligned:
                 found += boxed(polycube, view, distinct_turns(polycube), frame)

@@ -64,10 +64,8 @@ def joint_meshes(surfaces: Sequence[TriMesh], structures: Iterable[Structure]) -
 
 def _whole(surfaces: Sequence[TriMesh]) -> TriMesh:
     """All surfaces as one."""
-    first, face = (
-        [0, *accumulate(numbers)]
-        for numbers in ((len(s.vertices) for s in surfaces), (s.region.max() for s in surfaces))
-    )
+    first = [0, *accumulate(len(surface.vertices) for surface in surfaces)]
+    face = [0, *accumulate(surface.region.max() for surface in surfaces)]
     return TriMesh(
         np.concatenate([s.vertices for s in surfaces]),
         np.concatenate([s.faces + n for s, n in zip(surfaces, first, strict=False)]),

@@ -44,9 +44,8 @@ def flatten(segmentation: Segmentation) -> Sheet:
         if left:
             what = f"{left} triangles of {name} are flipped in the plane, even in rectangles"
             raise MeshingError(what)
-        logger.info(
-            "map: %s: %d triangles flipped, none after a division into rectangles", name, folds
-        )
+        message = "map: %s: %d triangles flipped, none after a division into rectangles"
+        logger.info(message, name, folds)
     return drawing.sheet
 
 

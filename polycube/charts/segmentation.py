@@ -202,9 +202,8 @@ def _sector(net: Network, drawing: Drawing, number: int, end: int) -> Sector:
     drawn = [s for s in (*ring[at + 1 :], *ring[:at]) if s[0] in drawing.paths]
     if not drawn:
         return None
-    first, last = (
-        int(drawing.paths[arc][1 if side == 0 else -2]) for arc, side in (drawn[-1], drawn[0])
-    )
+    ends = ((drawing.paths[arc], side) for arc, side in (drawn[-1], drawn[0]))
+    first, last = (int(path[1 if side == 0 else -2]) for path, side in ends)
     return first, last
 
 
@@ -231,6 +230,5 @@ def _patches(found: Segmentation) -> np.ndarray:
 
 
 def _topology_error(found: Segmentation, patch: int, what: str) -> MeshingError:
-    return MeshingError(
-        f"the polycube does not fit the surface: on it {found.describe(patch)} {what}"
-    )
+    on_surface = f"{found.describe(patch)} {what}"
+    return MeshingError(f"the polycube does not fit the surface: on it {on_surface}")

@@ -30,9 +30,8 @@ def faces_of(path: Path, folder: Path) -> tuple[dict[str, Path], list[TriMesh]]:
     Raises InputError if the surface of a solid is not closed.
     """
     solids = read_solids(path) if is_cad(path) else []
-    several = (
-        {f"{solid.name}_": solid.number for solid in solids} if len(solids) > 1 else {"": None}
-    )
+    numbers = {f"{solid.name}_": solid.number for solid in solids}
+    several = numbers if len(solids) > 1 else {"": None}
     cads = [Cad(segments=SEGMENTS, solid=number) for number in several.values()]
     surfaces = [read_surface(path, cad)[0] for cad in cads]
     points = np.concatenate([surface.vertices for surface in surfaces])
@@ -106,10 +105,8 @@ class PartView:
         elif hit is None or before is None or _apart(hit, before) > STILL:
             return  # beside the part, or the view was turned
         elif (name := hit.object_name) in self._list.options:
-            chosen = self.selected
-            self._list.set_value(
-                [n for n in chosen if n != name] if name in chosen else [*chosen, name]
-            )
+            others = [chosen for chosen in self.selected if chosen != name]
+            self._list.set_value(others if name in self.selected else [*others, name])
 
 
 def _apart(one: Any, two: Any) -> float:

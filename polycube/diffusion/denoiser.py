@@ -215,10 +215,8 @@ class Denoiser(nn.Module):
         self.eval()
         geometry = self._images(points, normals, by_x(points))
         batches = [self.classifier.log_cells(images) for images in geometry.split(CLASSIFIER_BATCH)]
-        log_p, log_aligned = (
-            torch.cat(each).numpy(force=True) for each in zip(*batches, strict=True)
-        )
-        return log_p, log_aligned
+        log_p, log_aligned = map(torch.cat, zip(*batches, strict=True))
+        return log_p.numpy(force=True), log_aligned.numpy(force=True)
 
     def _images(self, points: np.ndarray, normals: np.ndarray, at: np.ndarray) -> Tensor:
         """(B, 6, h, w) images of points and normals."""

@@ -43,14 +43,10 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     region, share = quad_regions(mesh, surface)
     numbers = np.unique(surface.region)
     bare = np.setdiff1d(numbers, region)
-    logger.info(
-        "CAD faces: %d of %d on the mesh, %d of %d quads are on several%s",
-        len(numbers) - len(bare),
-        len(numbers),
-        (share < 1).sum(),
-        len(region),
-        f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else "",
-    )
+    on_mesh, several = len(numbers) - len(bare), (share < 1).sum()
+    without = f"; without a quad: {', '.join(map(str, bare))}" if len(bare) else ""
+    message = "CAD faces: %d of %d on the mesh, %d of %d quads are on several%s"
+    logger.info(message, on_mesh, len(numbers), several, len(region), without)
     known = cad_sets(surface)
     found = {n: np.flatnonzero(np.isin(region, own)) for n, own in known.numbers.items()}
     sets = {name: own for name, own in found.items() if len(own)}
@@ -133,10 +129,9 @@ def unique_cad_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     goal, face = target(surface), cad_faces(mesh)
     points, normals = _ninths(goal.to_unit(mesh.vertices)[mesh.quads])
     facing = np.repeat(normals, len(NINTHS), axis=0)
-    off = [
-        np.linalg.norm(points - goal.closest(points, facing, ALPHA, cad_face=chart)[0], axis=1)
-        for chart in (np.repeat(face, len(NINTHS)), None)
-    ]
+    charts = np.repeat(face, len(NINTHS)), None
+    feet = (goal.closest(points, facing, ALPHA, cad_face=chart)[0] for chart in charts)
+    off = [np.linalg.norm(points - foot, axis=1) for foot in feet]
     is_near = (off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1)
     return np.where(is_near, face, 0)
 

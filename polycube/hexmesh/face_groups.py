@@ -115,9 +115,8 @@ def cad_ends_and_holes(surface: TriMesh) -> dict[str, np.ndarray]:
     for end, name in enumerate(ENDS):
         out = cut.reach(end, face)
         towards = (2 * (end % 2) - 1) * cad_faces.normal[:, end // 2]
-        own = np.flatnonzero(
-            (out >= out.max() - LEVEL * cut.size) & (facing(cad_faces.normal) == end)
-        )
+        is_outermost = out >= out.max() - LEVEL * cut.size
+        own = np.flatnonzero(is_outermost & (facing(cad_faces.normal) == end))
         own = own[towards[own] >= (FLAT if (towards[own] >= FLAT).any() else ROUND)]
         if len(own):
             ends[name] = _farthest(cad_faces, own, end, cut.size)
@@ -137,11 +136,9 @@ def measure(corners: np.ndarray) -> Faces:
     """Measures of bilinear faces (N, 4, 3), with 2 x 2 Gauss points each."""
     u, v = np.array([(u, v) for v in GAUSS for u in GAUSS]).T
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 4)
-    across = np.stack([v - 1, 1 - v, v, -v])
-    along = np.stack([u - 1, -u, u, 1 - u])
-    normal = np.cross(
-        np.einsum("kg,nkd->ngd", across, corners), np.einsum("kg,nkd->ngd", along, corners)
-    ).reshape(-1, 3)
+    across = np.einsum("kg,nkd->ngd", np.stack([v - 1, 1 - v, v, -v]), corners)
+    along = np.einsum("kg,nkd->ngd", np.stack([u - 1, -u, u, 1 - u]), corners)
+    normal = np.cross(across, along).reshape(-1, 3)
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
     points = np.einsum("kg,nkd->ngd", shape, corners).reshape(-1, 3)

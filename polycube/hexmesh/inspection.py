@@ -80,10 +80,8 @@ class Inspection:
     def farthest(self) -> tuple[np.ndarray, np.ndarray]:
         """The points (3,) of the boundary and of the surface with the largest distances."""
         goal = target(self.surface)
-        first, second = (
-            goal.to_model(samples.points[samples.distance.argmax()])
-            for samples in (self._on_boundary, self._on_surface)
-        )
+        both = self._on_boundary, self._on_surface
+        first, second = (goal.to_model(each.points[each.distance.argmax()]) for each in both)
         return first, second
 
     @property
@@ -150,10 +148,8 @@ class Inspection:
             own = surface.region == number
             ends = surface.vertices[measures.open_edges(surface.faces[own])]
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
-            area = measures.face_areas(surface)[own].sum()
-            widths[number] = (
-                float(2 * area / border / measures.diagonal(surface)) if border else np.inf
-            )
+            width = 2 * measures.face_areas(surface)[own].sum() / border if border else np.inf
+            widths[number] = float(width / measures.diagonal(surface))
         return widths
 
     @property

@@ -79,9 +79,7 @@ def preflight(path: str, cad: Cad, level: str, points: Points | None = None) -> 
         sentence = str(error).removeprefix(f"{path}: ").partition("; preflight=")[0]
         verdict, is_usable = f"{path}: {sentence.partition(', preflight=')[0]}", False
     else:
-        verdict = (
-            f"usable: closed, genus {genus(surface)}, volume {volume(surface):.6g} {unit}^3"
-            f"{''.join(f'; {note}' for note in notes)}"
-        )
+        what = f"closed, genus {genus(surface)}, volume {volume(surface):.6g} {unit}^3"
+        verdict = "; ".join([f"usable: {what}", *notes])
         is_usable = True
     return Preflight(path, given, lost, find_defects(given), verdict, is_usable, source)

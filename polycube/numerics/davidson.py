@@ -65,14 +65,8 @@ def davidson(
             what = f"the modes did not converge in {ITERATIONS} iterations"
             raise MeshingError(f"{what}: residual {errors[-1]:.1e}")
         space.add(better[:, error[left] > tolerance])
-    logger.info(
-        "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e",
-        values[0],
-        values[-1],
-        len(errors),
-        space.seen,
-        errors[-1],
-    )
+    message = "eigenvalues %.3g to %.3g after %d iterations, %d vectors, residual at most %.1e"
+    logger.info(message, values[0], values[-1], len(errors), space.seen, errors[-1])
     return values, x
 
 

@@ -41,10 +41,6 @@ def warn(functions: int, is_factored: bool = False) -> None:
     free, wanted = available(), needed(functions, is_factored)
     if free is None or wanted <= free:
         return
-    logger.warning(
-        "warning: the analysis of %d functions needs about %.2g GB of memory, and %.2g GB are "
-        "available; a larger meshing.size needs less",
-        functions,
-        wanted / 1e9,
-        free / 1e9,
-    )
+    needs = f"about {wanted / 1e9:.2g} GB of memory, and {free / 1e9:.2g} GB are available"
+    message = "warning: the analysis of %d functions needs %s; a larger meshing.size needs less"
+    logger.warning(message, functions, needs)

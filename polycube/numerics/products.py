@@ -34,10 +34,8 @@ class Symmetric:
         """The matrix with both triangles."""
         above = self.blocks.copy()
         above[self.indptr[1:] - 1] = 0  # the diagonal is in the lower triangle
-        lower, upper = (
-            bsr_matrix((blocks, self.indices, self.indptr), self.shape)
-            for blocks in (self.blocks, above)
-        )
+        lower = bsr_matrix((self.blocks, self.indices, self.indptr), self.shape)
+        upper = bsr_matrix((above, self.indices, self.indptr), self.shape)
         return lower + upper.T
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:

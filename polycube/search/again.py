@@ -86,9 +86,8 @@ class Finer(Again):
         verdict = history.outcomes[self.of].verdict
         if not verdict.lost:
             return None
-        large = [
-            each for each in self.inspection(history).features if each.size >= verdict.goal.detail
-        ]
+        features = self.inspection(history).features
+        large = [each for each in features if each.size >= verdict.goal.detail]
         farthest = max((each.excess(verdict.goal) for each in large), default=np.inf)
         times = float(np.clip(MARGIN * farthest**0.5, MARGIN, STEP))
         return self.asked(history, "finer_options", times)

@@ -72,9 +72,8 @@ class MeshStructure(Move):
         candidate = history.ranked[self.structure].candidate
         blocks = candidate.blocks
         name = describe(candidate.polycube) if blocks is None else f"{len(blocks.hexes)} blocks"
-        return (
-            f"structure {self.structure} ({candidate.proposal}, {name}), variant {self.variant + 1}"
-        )
+        variant = f"variant {self.variant + 1}"
+        return f"structure {self.structure} ({candidate.proposal}, {name}), {variant}"
 
 
 @dataclass(frozen=True)
@@ -142,16 +141,8 @@ class FitPartly(Move):
         return None if state is None else history.add(self, state, {}, {})
 
 
-MOVES: tuple[type[Move], ...] = (
-    Propose,
-    MeshStructure,
-    Cure,
-    Finer,
-    Closer,
-    AlongCreases,
-    MoreParts,
-    FitPartly,
-)
+MESH_AGAIN: tuple[type[Move], ...] = (Finer, Closer, AlongCreases, MoreParts)
+MOVES: tuple[type[Move], ...] = (Propose, MeshStructure, Cure, *MESH_AGAIN, FitPartly)
 
 
 def possible(history: History) -> list[Move]:

@@ -108,9 +108,8 @@ def _moved(task: Task, stage: Stage, state: RunState) -> HexMesh:
     if not np.array_equal(fitted.hexes, hexes.hexes) or not np.isfinite(fitted.vertices).all():
         return hexes
     valid, share = partly_fitted(hexes, fitted.vertices)
-    logger.info(
-        "%s: %d of %d vertices are moved only in part", stage.kind, (share < 1).sum(), len(share)
-    )
+    message = "%s: %d of %d vertices are moved only in part"
+    logger.info(message, stage.kind, (share < 1).sum(), len(share))
     return valid
 
 
@@ -118,8 +117,6 @@ def _distances(state: RunState) -> str:
     """The largest distance and that of 99 % of the points, in diagonals, and the place."""
     assert state.hexes is not None
     found = inspect(state.hexes, state.surface)
-    return (
-        f"the largest distance is {found.largest:.2%} of the diagonal at "
-        f"{np.round(found.farthest_at, 3).tolist()}, that of 99 % of the points "
-        f"{found.deviation.p99:.2%}"
-    )
+    place = np.round(found.farthest_at, 3).tolist()
+    largest = f"the largest distance is {found.largest:.2%} of the diagonal at {place}"
+    return f"{largest}, that of 99 % of the points {found.deviation.p99:.2%}"

@@ -96,13 +96,11 @@ def _positive(
         else:
             part = FIRST
     control = best[0].control
-    partly_restored = damped(
-        spline, control, np.minimum(old, max(reachable, LOOSE * options.floor)), share
-    )
+    loose = np.minimum(old, max(reachable, LOOSE * options.floor))
+    partly_restored = damped(spline, control, loose, share)
     fully_restored = restored(spline, control, np.minimum(old, reachable), share)
-    controls = {best_value: control} | {
-        value(at(other)): other for other in (fully_restored, partly_restored)
-    }
+    others = {value(at(other)): other for other in (fully_restored, partly_restored)}
+    controls = {best_value: control} | others
     return controls[max(controls)]
 
 

@@ -68,25 +68,21 @@ def log_likelihood(points: np.ndarray, polycube: Polycube) -> float:
     for axis in range(3):
         changes = np.diff(np.moveaxis(solid, axis, 0).astype(np.int8), axis=0) != 0
         walls.append(changes[:, 1:-1, 1:-1].astype(float))
-    lengths = [np.diff(knots) for knots in polycube.knots]
-    area = sum(
-        np.einsum("puv,u,v->", wall, *(lengths[k] for k in range(3) if k != axis))
-        for axis, wall in enumerate(walls)
-    )
+    sides = zip(walls, _others([np.diff(knots) for knots in polycube.knots]), strict=True)
+    area = sum(np.einsum("puv,u,v->", wall, *side) for wall, side in sides)
     best = -np.inf
     for sigma in NOISE:
         off = [(points[:, [k]] - polycube.knots[k]) / sigma for k in range(3)]  # (N, knots)
         within = [-np.diff(ndtr(o), axis=1) for o in off]
         across = [np.exp(-(o**2) / 2) / (np.sqrt(2 * np.pi) * sigma) for o in off]
-        density = sum(
-            np.einsum(
-                "np,nu,nv,puv->n",
-                across[axis],
-                *(within[k] for k in range(3) if k != axis),
-                wall,
-                optimize=True,
-            )
-            for axis, wall in enumerate(walls)
-        )
+        axes = zip(across, _others(within), walls, strict=True)
+        parts = (("np,nu,nv,puv->n", normal, *side, wall) for normal, side, wall in axes)
+        density = sum(np.einsum(*part, optimize=True) for part in parts)
         best = max(best, float(np.log(density / area + OUTLIERS).sum()))
     return best
+
+
+def _others(values: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """For each axis the values of the two other axes."""
+    x, y, z = values
+    return [(y, z), (x, z), (x, y)]

@@ -55,11 +55,10 @@ def charts(pieces: Pieces, label: np.ndarray, with_creases: bool) -> Charts:
         vertex, owner = faces[on].ravel(), np.repeat(chart[on], 3)
         links = np.empty((0, 2), int) if creases is None else creases[axis]
         size = n_vertices + len(chart_label)
-        component = connected(
-            np.append(vertex, links[:, 0]), np.append(n_vertices + owner, links[:, 1]), size
-        )
-        used = np.unique(component[np.append(vertex, links.ravel())])
+        ends = np.append(n_vertices + owner, links[:, 1])
+        component = connected(np.append(vertex, links[:, 0]), ends, size)
         inside = np.append(vertex, links.ravel())
+        used = np.unique(component[inside])
         group[axis, inside] = np.searchsorted(used, component[inside])
         chart_group[owner] = np.searchsorted(used, component[n_vertices + owner])
         numbers.append(len(used))

@@ -51,10 +51,8 @@ def denoised(
         points, normals = sample(surface, count, np.random.default_rng(seed))
         turns = [batch[index].rotation for index in rows]
         contexts = [batch[index].polycube.context for index in rows]
-        placed = [
-            denoiser.frame(surface.vertices, turn, context).apply(points)
-            for turn, context in zip(turns, contexts, strict=True)
-        ]
+        ways = zip(turns, contexts, strict=True)
+        placed = [denoiser.frame(surface.vertices, *way).apply(points) for way in ways]
         result = denoiser.denoise(
             np.stack(placed),
             np.stack([normals @ turn.T for turn in turns]),

@@ -90,16 +90,9 @@ class Diffusion(OnGrid, Structure):
                 updated.append(replace(old, trajectory=c.trajectory, steps=c.steps, probability=p))
         new = [c for c in close if c.key not in earlier_of][: self.kept]
         points, _ = sample(surface, N_COMPARED, np.random.default_rng(self.seed))
-        better_placed = [
-            c
-            for c in close
-            if c.key in earlier_of and (c is found[0] or is_nearer(c, earlier_of[c.key], points))
-        ]
-        logger.info(
-            "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s",
-            len(found),
-            len(new),
-            len(better_placed),
-            ", ".join(f"{candidate.cost:.3f}" for candidate in new + better_placed) or "none",
-        )
+        again = [(c, earlier_of[c.key]) for c in close if c.key in earlier_of]
+        better_placed = [c for c, old in again if c is found[0] or is_nearer(c, old, points)]
+        costs = ", ".join(f"{candidate.cost:.3f}" for candidate in new + better_placed) or "none"
+        message = "diffusion: %d structures denoised; %d new, %d with a better placement; cost %s"
+        logger.info(message, len(found), len(new), len(better_placed), costs)
         return updated + sorted(new + better_placed, key=lambda candidate: candidate.cost)

@@ -80,14 +80,11 @@ def denoiser_of_grid(
         denoiser.condition.primitives
     ):
         return denoiser
-    logger.log(
-        logging.INFO if weights is None else logging.WARNING,
-        "nothing proposed%s on grid %s: the weights are for grid %s with %s only",
-        f" by {weights}" if weights else "",
-        "x".join(map(str, grid)),
-        "x".join(map(str, denoiser.condition.grid)),
-        ", ".join(denoiser.condition.primitives),
-    )
+    level = logging.INFO if weights is None else logging.WARNING
+    by, names = f" by {weights}" if weights else "", ", ".join(denoiser.condition.primitives)
+    wanted, known = ("x".join(map(str, each)) for each in (grid, denoiser.condition.grid))
+    message = "nothing proposed%s on grid %s: the weights are for grid %s with %s only"
+    logger.log(level, message, by, wanted, known, names)
     return None
 
 

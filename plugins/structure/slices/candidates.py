@@ -20,10 +20,8 @@ THIRDS = np.array([0, 1 / 3, 2 / 3, 1])
 
 def views(options: SliceOptions, surface: TriMesh) -> list[View]:
     """The part in each of its frames, the best frame first."""
-    return [
-        View(frame, np.eye(3), voxels(surface, frame, options.resolution))
-        for frame in frames(surface)[: options.frames]
-    ]
+    best = frames(surface)[: options.frames]
+    return [View(frame, np.eye(3), voxels(surface, frame, options.resolution)) for frame in best]
 
 
 def alignments(

@@ -33,17 +33,11 @@ def fit_knots(slabs: np.ndarray, counts: np.ndarray, starts: int) -> tuple[list[
     rng = np.random.default_rng(0)
     widths = [[np.full(n, 1 / n) for n in slabs.shape]]
     widths += [[rng.dirichlet(np.full(n, 2.0)) for n in slabs.shape] for _ in range(starts - 1)]
-    found = [
-        descend(
-            slabs,
-            counts,
-            [
-                np.append(0, share.cumsum() * (n - 1)).round().astype(int)
-                for share, n in zip(shares, counts.shape, strict=True)
-            ],
-        )
-        for shares in widths
-    ]
+    found = []
+    for shares in widths:
+        axes = zip(shares, counts.shape, strict=True)
+        start = [np.append(0, share.cumsum() * (n - 1)).round().astype(int) for share, n in axes]
+        found.append(descend(slabs, counts, start))
     return min(found, key=lambda pair: pair[1])
 
 

@@ -42,10 +42,8 @@ class PairImages(Dataset):
         value = self.condition.value_of(pair)
         used = self.condition.pixels(value, pads=len(pair.geometry) < size[0] * size[1])
         at = by_x(pair.geometry, used)
-        points, normals, polycube, labels = (
-            to_pixels(rows, at, size)
-            for rows in (pair.geometry, pair.normals, pair.polycube, pair.labels + 1)
-        )
+        rows = pair.geometry, pair.normals, pair.polycube, pair.labels + 1
+        points, normals, polycube, labels = (to_pixels(each, at, size) for each in rows)
         return Batch(
             torch.from_numpy(np.concatenate([points, normals])),
             torch.from_numpy(polycube),

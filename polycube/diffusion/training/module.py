@@ -83,9 +83,8 @@ class DDPMPolycube(L.LightningModule):
         A share of the batch is trained at the start of sampling: t = T, x_T = the geometry.
         """
         thin = self.learning.thin
-        geometry, x_0, labels = (
-            image[..., ::thin, ::thin] for image in (batch.geometry, batch.polycube, batch.labels)
-        )
+        images = batch.geometry, batch.polycube, batch.labels
+        geometry, x_0, labels = (image[..., ::thin, ::thin] for image in images)
         process, x_T = self.denoiser.process, geometry[:, :3]
         height, width = x_0.shape[2:]
         t, first, turn, z = self.draws(batch.number, (height, width))
@@ -127,12 +126,10 @@ class DDPMPolycube(L.LightningModule):
         vectors = torch.einsum("bij,bkjhw->bkihw", ROTATIONS.to(geometry)[turn], vectors)
         cells, alignment = self.denoiser.classifier(vectors.flatten(1, 2))
         is_aligned = (target[:, 0] >= 0).float()
-        filled = functional.cross_entropy(
-            cells.float().transpose(1, 2), target, ignore_index=-1, reduction="none"
-        )
-        return filled.mean() + functional.binary_cross_entropy_with_logits(
-            alignment.float(), is_aligned
-        )
+        logits = cells.float().transpose(1, 2)
+        filled = functional.cross_entropy(logits, target, ignore_index=-1, reduction="none")
+        aligned = functional.binary_cross_entropy_with_logits(alignment.float(), is_aligned)
+        return filled.mean() + aligned
 
     def training_step(self, batch: Batch, index: int) -> Tensor:
         """Loss of one batch."""

@@ -169,10 +169,7 @@ def _crossings(points: np.ndarray, lines: np.ndarray, near: float) -> tuple[np.n
     with np.errstate(divide="ignore", invalid="ignore"):
         s, t = cross(out, step[two]) / det, cross(out, step[one]) / det
     length = np.linalg.norm(step, axis=1)
-    inside = [
-        (share * length[line] > near) & ((1 - share) * length[line] > near)
-        for share, line in ((s, one), (t, two))
-    ]
-    both = inside[0] & inside[1]
+    both = np.minimum(s, 1 - s) * length[one] > near
+    both &= np.minimum(t, 1 - t) * length[two] > near
     found = start[one[both]] + s[both, None] * step[one[both]]
     return found, np.stack([one[both], two[both]], axis=1)

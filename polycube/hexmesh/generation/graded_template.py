@@ -75,15 +75,10 @@ def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     nearest = cKDTree(boxes + 0.5).query(middle)[1]
     sides = lattice.boundary(polycube)
-    patch = sides.patch[
-        cKDTree(_places(sides.vertices, sides.quads)).query(_places(mesh.vertices, mesh.quads))[1]
-    ]
-    return replace(
-        mesh,
-        vertices=evaluate(rough_map, mesh.vertices),
-        patch=patch,
-        cell=np.ravel_multi_index(boxes[nearest].T, polycube.grid),
-    )
+    tree = cKDTree(_places(sides.vertices, sides.quads))
+    patch = sides.patch[tree.query(_places(mesh.vertices, mesh.quads))[1]]
+    cell = np.ravel_multi_index(boxes[nearest].T, polycube.grid)
+    return replace(mesh, vertices=evaluate(rough_map, mesh.vertices), patch=patch, cell=cell)
 
 
 def _places(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:

@@ -116,10 +116,8 @@ def spline_warnings(numbers: object) -> list[str]:
         )
     distance = max(numbers[f"{way}_p99"] for way in WAYS)
     if distance >= SPLINE_LIMIT:
-        found.append(
-            f"spline and surface are up to {distance:.1%} of the diagonal apart for 99 % of the "
-            f"points, more than {SPLINE_LIMIT:.1%}"
-        )
+        far = f"for 99 % of the points, more than {SPLINE_LIMIT:.1%}"
+        found.append(f"spline and surface are up to {distance:.1%} of the diagonal apart {far}")
     return found
 
 

@@ -81,9 +81,8 @@ def _ranges(numbers: np.ndarray) -> str:
 
 def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates.Row:
     """The row of a CAD face, compared with its area in the model."""
-    row = rows.get(
-        name, {"set": templates.Swatch(name), "kind": KINDS_OF_SETS["cad_face"], "quads": 0}
-    )
+    empty = {"set": templates.Swatch(name), "kind": KINDS_OF_SETS["cad_face"], "quads": 0}
+    row = rows.get(name, empty)
     own = {title: value for title, value in row.items() if title != "CAD faces"}
     return {**own, "of the model's face": f"{1 + change:.1%}"}
 

@@ -97,22 +97,18 @@ def ring(space: Space, elements: np.ndarray) -> np.ndarray:
 
 def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:
     """The truncated hierarchical spline of some levels, the elements of the coarsest first."""
-    pairs = zip(levels, [*levels[1:], None], strict=True)
+    refined = [*(finer.refined for finer in levels[1:]), NO_INDICES]
+    pairs = zip(levels, refined, strict=True)
     # elements of Omega_l that are not refined further, ascending
-    active = [
-        np.setdiff1d(np.flatnonzero(level.inside), NO_INDICES if finer is None else finer.refined)
-        for level, finer in pairs
-    ]
+    active = [np.setdiff1d(np.flatnonzero(level.inside), finer) for level, finer in pairs]
     functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
     truncated = _truncated(levels, [own for own, _ in functions])
     carried = _carried(levels, truncated, [removed for _, removed in functions])
     most = max(abs(part).max() for part in carried)
     if most > NESTED:
-        logger.info(
-            "levels are not nested: remainders up to %.3g carried to %d Bezier nodes",
-            most,
-            sum((abs(part).max(axis=1) > NESTED).sum() for part in carried),
-        )
+        affected = sum((abs(part).max(axis=1) > NESTED).sum() for part in carried)
+        message = "levels are not nested: remainders up to %.3g carried to %d Bezier nodes"
+        logger.info(message, most, affected)
     rows, nodes, sides, patch = [], [], [], []
     n_nodes = n_elements = 0
     for level, elements, coefficients, more in zip(levels, active, truncated, carried, strict=True):

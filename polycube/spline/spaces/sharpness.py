@@ -150,9 +150,8 @@ class Trial:
         """The deciding quantities, for the log."""
         apart, jacobian = self.apart, self.jacobian
         farthest = max(apart.to_surface.p99, apart.to_spline.p99)
-        straight = f" and {len(self.sharp.straight)} straight hexes" * (
-            len(self.sharp.straight) > 0
-        )
+        number = len(self.sharp.straight)
+        straight = f" and {number} straight hexes" if number else ""
         return (
             f"{len(self.sharp.edges)} sharp edges{straight} for {100 * farthest:.3f} %, volume "
             f"{100 * apart.volume:+.2f} % and scaled det J {jacobian.min_scaled_detj:.3g}"

@@ -60,9 +60,8 @@ def _corners(surface: TriMesh) -> list[Acute]:
     corners = cKDTree(goal.features.corners)
     is_corner = corners.query(goal.surface.vertices)[0] < SAME
     at = is_corner[surface.faces]  # (F, 3)
-    sectors = np.column_stack(
-        [np.broadcast_to(surface.region[:, None], at.shape)[at], surface.faces[at]]
-    )
+    region = np.broadcast_to(surface.region[:, None], at.shape)[at]
+    sectors = np.column_stack([region, surface.faces[at]])
     each, of = np.unique(sectors, axis=0, return_inverse=True)
     angle = np.bincount(of, corner_angles(surface)[at], len(each))
     return [

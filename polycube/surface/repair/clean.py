@@ -75,9 +75,8 @@ def weld_near(surface: TriMesh) -> Step:
     if not len(near):
         return surface, []
     gaps = np.linalg.norm(np.subtract(*surface.vertices[near.T]), axis=1)
-    welded, notes = _merge(
-        surface, measures.connected(near[:, 0], near[:, 1], len(surface.vertices))
-    )
+    group = measures.connected(near[:, 0], near[:, 1], len(surface.vertices))
+    welded, notes = _merge(surface, group)
     n_lost = len(surface.faces) - len(welded.faces)
     if n_lost > COLLAPSE * len(surface.faces):
         far = np.abs(surface.vertices - np.median(surface.vertices, axis=0)).max(axis=1).argmax()

@@ -91,10 +91,8 @@ def _static(found: Deformation, nodes: np.ndarray, points: np.ndarray, unit: str
     ends = 0.0, float(length.max())
     of_length = length, ends, DISPLACEMENT_COLOURS, ("0", f"{text(ends[1])} {unit}")
     of_stress = stress, (0.0, most), FIELD_COLOURS, ("0", f"{text(most)} MPa and more")
-    return [
-        Result("displacement", unit, *of_length, shift, drawn),
-        Result("von Mises stress", "MPa", *of_stress, shift, drawn),
-    ]
+    displaced = Result("displacement", unit, *of_length, shift, drawn)
+    return [displaced, Result("von Mises stress", "MPa", *of_stress, shift, drawn)]
 
 
 def _scaled(shift: np.ndarray) -> np.ndarray:
