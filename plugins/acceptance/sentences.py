@@ -69,10 +69,9 @@ def warnings(goal: Goal, found: Inspection) -> Iterator[str]:
     else:
         if found.largest > max(goal.distance, goal.peak * p99):
             place = np.round(found.farthest_at, 3).tolist()
-            yield (
-                f"the largest distance, {found.largest:.2%} of the diagonal at {place}, is far "
-                f"above that of 99 % of the points, {p99:.2%}: something may be missing there"
-            )
+            largest = f"the largest distance, {found.largest:.2%} of the diagonal at {place}"
+            above = f"far above that of 99 % of the points, {p99:.2%}"
+            yield f"{largest}, is {above}: something may be missing there"
     off = lost(goal, found)
     if off:
         worst = max(off, key=lambda each: each.excess(goal))

@@ -136,10 +136,9 @@ class Standard(Options, Goal, Acceptance):
 
         yield from unmet(found.mesh, found.surface, requests_of(self.at)) if self.at else ()
         if self.creases not in (None, "auto") and self._off_creases(found):
-            yield (
-                f"meshing.creases: 95 % of the sharp edges are within {found.creases:.2%} of the "
-                f"diagonal of the mesh's edges, not within {self.creases}"
-            )
+            reached = f"{found.creases:.2%} of the diagonal of the mesh's edges"
+            limit = f"not within {self.creases}"
+            yield f"meshing.creases: 95 % of the sharp edges are within {reached}, {limit}"
 
     def _not_certified(self, hexes: HexMesh) -> np.ndarray:
         """Hexes whose Jacobian is not certified to be positive, if `certify` requires it."""

@@ -55,10 +55,9 @@ def joint_meshes(surfaces: Sequence[TriMesh], structures: Iterable[Structure]) -
         quality = inspect(meshes[-1], surface)
         worst, off = quality.scaled_jacobian, quality.deviation.vertices
         if worst < Goal.poor_jacobian or off > Goal.far_vertices:
-            raise MeshingError(
-                f"a scaled Jacobian would be {worst:.3f}, and vertices would be up to {off:.2%} of "
-                "the diagonal from the surface"
-            )
+            far = f"up to {off:.2%} of the diagonal from the surface"
+            what = f"a scaled Jacobian would be {worst:.3f}, and vertices would be {far}"
+            raise MeshingError(what)
     return meshes
 
 

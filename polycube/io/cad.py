@@ -107,10 +107,9 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
         note = f"there is no closed surface with cad.segments={options.segments}"
         notes.append(f"{note}; triangles on curved faces are larger")
     if found["segments"] < options.segments:
-        notes.append(
-            f"round faces have {found['segments']} triangle edges on a full turn instead of "
-            f"cad.segments={options.segments}, because they would have too many triangles"
-        )
+        fewer = f"{found['segments']} triangle edges on a full turn"
+        why = f"cad.segments={options.segments}, because they would have too many triangles"
+        notes.append(f"round faces have {fewer} instead of {why}")
     lost = 1 - volume(surface) / size
     if abs(lost) > LOST:
         note = f"the triangles enclose {100 * lost:.1f} % less than the solid"
@@ -196,10 +195,9 @@ def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
         first = first or found
     if first is not None:
         return first
-    raise InputError(
-        f"the file was read, but its faces could not be divided into triangles in {seconds} s, "
-        "also not into larger ones; simplify its spline surfaces, or export the part as STL"
-    )
+    failed = f"could not be divided into triangles in {seconds} s, also not into larger ones"
+    remedy = "simplify its spline surfaces, or export the part as STL"
+    raise InputError(f"the file was read, but its faces {failed}", remedy=remedy)
 
 
 def check_complete(path: Path) -> None:

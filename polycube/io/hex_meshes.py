@@ -162,10 +162,8 @@ def _oriented(vertices: np.ndarray, hexes: np.ndarray) -> tuple[np.ndarray, list
     equal = b[row, (at + 1) % 4] == a[:, 1]
     if not (opposite | equal).all():
         where = (~(opposite | equal)).argmax()
-        raise InputError(
-            f"hexes {first[where] // 6} and {second[where] // 6} share the corners of a face, but "
-            "not its edges: the vertex order is not VTK's"
-        )
+        share = "share the corners of a face, but not its edges: the vertex order is not VTK's"
+        raise InputError(f"hexes {first[where] // 6} and {second[where] // 6} {share}")
     f, g = first // 6, second // 6
     left, right = np.where(opposite, g, n + g), np.where(opposite, n + g, g)
     side = connected(np.append(f, n + f), np.append(left, right), 2 * n)
@@ -219,7 +217,6 @@ def check_place(mesh: HexMesh, surface: TriMesh) -> None:
     ratio = float(np.linalg.norm(boxes[0][1] - boxes[0][0]) / size)
     extents = [" to ".join("({:.4g}, {:.4g}, {:.4g})".format(*end) for end in box) for box in boxes]
     what = "placement" if 0.8 < ratio < 1.25 else f"units: it is {ratio:.3g} times as large"
-    raise InputError(
-        f"the hex mesh, from {extents[0]}, does not lie where the surface is, from {extents[1]}; "
-        f"give both in the same {what}"
-    )
+    apart = f"does not lie where the surface is, from {extents[1]}"
+    remedy = f"give both in the same {what}"
+    raise InputError(f"the hex mesh, from {extents[0]}, {apart}", remedy=remedy)

@@ -38,10 +38,9 @@ def read_stl(path: Path) -> Soup:
 def _text(data: bytes, count: int) -> Soup:
     """Read a file that is not a complete binary one, whose header would give `count` triangles."""
     if b"\0" in data:
-        raise InputError(
-            f"not a complete STL file: its header gives {count} triangles, "
-            f"but its {len(data)} bytes contain {max(len(data) - HEADER, 0) // RECORD}"
-        )
+        has = f"its {len(data)} bytes contain {max(len(data) - HEADER, 0) // RECORD}"
+        what = f"not a complete STL file: its header gives {count} triangles, but {has}"
+        raise InputError(what)
     if data.lstrip()[:5].lower() != b"solid":
         raise InputError("not an STL file: neither binary, nor text that begins with 'solid'")
     return Soup(*_corners(_ascii(data)))

@@ -56,19 +56,13 @@ class Proposals:
         own = dict(self._plugins(grids(self.settings)[-1]))
         plugins = own.values()
         if not n_proposed and all(plugin.any_grid for plugin in plugins):
-            return (
-                f"structure={', '.join(own)} proposes nothing for this surface; verbose=true shows "
-                "the reasons, structure=auto tries others"
-            )
+            none = f"structure={', '.join(own)} proposes nothing for this surface"
+            return f"{none}; verbose=true shows the reasons, structure=auto tries others"
         if not n_proposed and all(plugin.needs_network for plugin in plugins):
-            return (
-                f"no trained weights for {named} on a {shapes} grid; give weights with ckpt=, or "
-                "use structure=auto, which needs no network"
-            )
-        return (
-            f"no polycube of {named} on a {shapes} grid fits this surface of genus {genus(surface)}"
-            "; try another grid or more primitives"
-        )
+            remedy = "give weights with ckpt=, or use structure=auto, which needs no network"
+            return f"no trained weights for {named} on a {shapes} grid; {remedy}"
+        none = f"no polycube of {named} on a {shapes} grid fits this surface"
+        return f"{none} of genus {genus(surface)}; try another grid or more primitives"
 
     def _plugins(self, grid: Grid) -> list[tuple[str, Structure]]:
         """The structure plugins of a run, by name.

@@ -205,10 +205,9 @@ class Run:
 
     def _too_late(self, what: str) -> str:
         spent = ", ".join(f"{name} {s:.0f} s" for name, s in self.clock.seconds.items() if s >= 1)
-        return (
-            f"the time limit of {self.settings.seconds:g} s was reached before there was a {what}"
-            f"{f' ({spent})' if spent else ''}; give more seconds"
-        )
+        limit = f"the time limit of {self.settings.seconds:g} s was reached"
+        stages = f" ({spent})" if spent else ""
+        return f"{limit} before there was a {what}{stages}; give more seconds"
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface, and judge a mesh without a verdict."""

@@ -72,10 +72,9 @@ def wrong_topology(state: RunState) -> str:
     has, wanted = genus_of(state.polycube, state.blocks), measures.genus(state.surface)
     if has == wanted:
         return ""
-    return (
-        f"the topology differs: the mesh has genus {has}, the part {wanted}, and no lattice with "
-        f"the genus of the part was found; {_distances(state)}"
-    )
+    differs = f"the topology differs: the mesh has genus {has}, the part {wanted}"
+    none = "no lattice with the genus of the part was found"
+    return f"{differs}, and {none}; {_distances(state)}"
 
 
 def _unfitted(task: Task, state: RunState) -> HexMesh | None:

@@ -29,10 +29,9 @@ def check_surface(surface: TriMesh) -> None:
     if not measures.volume(surface) > FLAT * measures.face_areas(surface).sum() * measures.diagonal(
         surface
     ):
-        raise InputError(
-            f"the surface encloses no volume: its volume is {measures.volume(surface):.3g}, which "
-            "must be positive (faces counter-clockwise seen from outside)"
-        )
+        needed = "which must be positive (faces counter-clockwise seen from outside)"
+        volume = f"its volume is {measures.volume(surface):.3g}, {needed}"
+        raise InputError(f"the surface encloses no volume: {volume}")
 
 
 def _refuse(surface: TriMesh, wrong: np.ndarray, what: str, which: str) -> None:

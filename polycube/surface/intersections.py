@@ -24,10 +24,8 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
     corners = surface.vertices[surface.faces]
     corners = (corners - surface.vertices.mean(axis=0)) / diagonal(surface)
     if _comparisons(corners) > MOST:
-        raise InputError(
-            f"intersecting faces were not searched for: too many of the {len(surface.faces)} faces "
-            "lie close to many others"
-        )
+        why = f"too many of the {len(surface.faces)} faces lie close to many others"
+        raise InputError(f"intersecting faces were not searched for: {why}")
     pairs = meeting(surface.vertices, surface.faces, 1)
     parts = np.array_split(pairs, 1 + len(pairs) // BATCH)
     return np.concatenate([part[_pierces(corners[part])] for part in parts])

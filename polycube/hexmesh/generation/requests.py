@@ -59,10 +59,8 @@ def _request_of(entry: object) -> Request:
 
     keys = set(entry) - {"at"} if isinstance(entry, Mapping) else set()
     if not isinstance(entry, Mapping) or "at" not in entry or len(keys) != 1:
-        raise ValueError(
-            "an entry of at is {at: NAME, around: 16}, {at: NAME, through: 3} or "
-            f"{{at: NAME, size: 1%}}; got {entry!r}"
-        )
+        known = "{at: NAME, around: 16}, {at: NAME, through: 3} or {at: NAME, size: 1%}"
+        raise ValueError(f"an entry of at is {known}; got {entry!r}")
     name, kind = entry["at"], str(*keys)
     if not isinstance(name, str) or not may_name(name) or kind_of(name) in ("patch", ""):
         known = "an end (x_min to z_max), a hole (hole_1) or a CAD face (cad_face_1, cad_NAME)"

@@ -206,7 +206,6 @@ def check_number(
     advice = "even the smallest numbers of parts give too many hexes"
     if fitting is not None:
         advice = f"size {fitting:.3g} is possible" + " without regions" * has_regions
-    raise MeshingError(
-        f"stage meshing/subdivide: {request} needs {number:.3g} hexes"
-        f"{' with the regions' if has_regions else ''}, more than max_hexes {most}; {advice}"
-    )
+    needs = f"{request} needs {number:.3g} hexes{' with the regions' if has_regions else ''}"
+    what = f"stage meshing/subdivide: {needs}, more than max_hexes {most}"
+    raise MeshingError(what, remedy=advice)

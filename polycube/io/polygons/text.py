@@ -26,10 +26,9 @@ def read_off(path: Path) -> Soup:
     try:
         n_vertices, n_faces = map(int, rows[0][:2])
         if min(n_vertices, n_faces) < 0 or len(rows) <= n_vertices + n_faces:
-            raise InputError(
-                f"not a complete OFF file: {brief(f'{n_vertices} vertices and {n_faces} faces')} "
-                f"are in its first line, but {len(rows) - 1} lines follow"
-            )
+            stated = brief(f"{n_vertices} vertices and {n_faces} faces")
+            what = f"{stated} are in its first line, but {len(rows) - 1} lines follow"
+            raise InputError(f"not a complete OFF file: {what}")
         vertices = np.array([row[:3] for row in rows[1 : n_vertices + 1]], np.float64)
         faces = rows[n_vertices + 1 : n_vertices + n_faces + 1]
         sizes = np.array([int(row[0]) for row in faces], np.int64)

@@ -55,10 +55,9 @@ class Remove:
                 yield f"cad.remove.{kind}s={getattr(self, f'{kind}s')}: there is no such {kind}"
         gone = [row for row in rows if row["removed"]]
         if counts := ", ".join(_counted(gone, unit)):
-            yield (
-                f"cad.remove removed {counts}; the volume was {before:.6g} {unit}^3 and is "
-                f"{after:.6g} {unit}^3 ({100 * (after / before - 1):+.3g} %)"
-            )
+            change = f"{after:.6g} {unit}^3 ({100 * (after / before - 1):+.3g} %)"
+            volume = f"the volume was {before:.6g} {unit}^3 and is {change}"
+            yield f"cad.remove removed {counts}; {volume}"
         if kept := "; ".join(described(row, unit) for row in rows if not row["removed"]):
             yield f"Open CASCADE cannot remove some features, which are kept: {kept}"
         if merged := ", ".join(f"cad_face_{number}" for number in found["merged"]):

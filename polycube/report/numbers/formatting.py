@@ -65,11 +65,9 @@ def singular_stress(static: Json) -> Iterator[str]:
     peak = static["singular"]
     if peak:
         unit = static["units"]["length"]
-        yield (
-            f"at a {peak['what']} the stress is unbounded; at a distance of "
-            f"{number(peak['distance'])} {unit}, at {coordinates(peak['at'])}, it is "
-            f"{megapascal(peak['von_mises'])}"
-        )
+        place = f"a distance of {number(peak['distance'])} {unit}, at {coordinates(peak['at'])}"
+        value = f"at {place}, it is {megapascal(peak['von_mises'])}"
+        yield f"at a {peak['what']} the stress is unbounded; {value}"
 
 
 def relative_error(found: Json, name: str) -> float | None:

@@ -55,10 +55,9 @@ def describe_material(found: Material | float) -> str:
     if not isinstance(found, Material):
         return f"Conductivity {number(found)} W/(m K)"
     name = next((name for name, each in MATERIALS.items() if each == found), "given by its values")
-    return (
-        f"{name.capitalize()}: Young's modulus {number(found.young / 1e9)} GPa, Poisson's ratio "
-        f"{number(found.poisson)}, density {number(found.density)} kg/m³"
-    )
+    modulus = f"Young's modulus {number(found.young / 1e9)} GPa"
+    others = f"Poisson's ratio {number(found.poisson)}, density {number(found.density)} kg/m³"
+    return f"{name.capitalize()}: {modulus}, {others}"
 
 
 def _supports(problem: Problem) -> Iterator[tuple[object, str]]:

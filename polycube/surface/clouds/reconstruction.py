@@ -77,11 +77,10 @@ def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstr
     made = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
     surface, agree = made.surface, made.agree
     if agree < DISAGREE:
-        raise InputError(
-            f"the surface follows only {100 * agree:.0f} % of the normals of the points: the sides "
-            f"of its walls cannot be told apart at a spacing of {spacing:.3g}; scan more densely, "
-            "or give the normals in a PLY or PCD file"
-        )
+        follows = f"the surface follows only {100 * agree:.0f} % of the normals of the points"
+        why = f"the sides of its walls cannot be told apart at a spacing of {spacing:.3g}"
+        remedy = "scan more densely, or give the normals in a PLY or PCD file"
+        raise InputError(f"{follows}: {why}", remedy=remedy)
     share, added = 0.0, 0
     if options.trim is not None:
         more, share = points.fillings(surface, cloud, max(spacing, cell / 2), options.trim)

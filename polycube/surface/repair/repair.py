@@ -109,10 +109,9 @@ def _is_wrong(surface: TriMesh) -> bool:
 def _anew(surface: TriMesh, cell: float) -> clean.Step:
     """Rebuild the surface on a grid of cells, after each component was oriented outwards."""
     built = remesh(steps.outward(surface), cell)
-    notes = [
-        f"rebuilt on cells of {cell:.3g}: thinner parts are lost, overlapping parts are united; "
-        f"faces {len(surface.faces)} -> {len(built.faces)}"
-    ]
+    changes = "thinner parts are lost, overlapping parts are united"
+    faces = f"faces {len(surface.faces)} -> {len(built.faces)}"
+    notes = [f"rebuilt on cells of {cell:.3g}: {changes}; {faces}"]
     for step in (steps.drop_debris, lambda s: steps.fill_voids(s, np.inf)):
         built, done = step(built)
         notes += done
