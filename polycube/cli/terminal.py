@@ -10,7 +10,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from logging.handlers import MemoryHandler
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -121,7 +121,8 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
             source.removeHandler(early)
         opened.append(file)
 
-    with _terminal_stream(is_alone) as stream:
+    redirects = is_alone and _has_descriptors()
+    with _copy_of_stderr() if redirects else nullcontext(sys.stderr) as stream:
         terminal = Terminal(stream, shown)
         root.setLevel(logging.DEBUG)
         root.addHandler(terminal)
@@ -129,7 +130,7 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
             source.addHandler(early)
         logging.captureWarnings(is_alone)
         try:
-            with _output_to_log(is_alone):
+            with _output_to_log() if redirects else nullcontext():
                 yield log_to
         finally:
             logging.captureWarnings(False)
@@ -141,11 +142,8 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
 
 
 @contextmanager
-def _terminal_stream(is_alone: bool) -> Iterator[TextIO]:
-    """The stream for messages; a copy if stderr itself is redirected."""
-    if not (is_alone and _has_descriptors()):
-        yield sys.stderr
-        return
+def _copy_of_stderr() -> Iterator[TextIO]:
+    """The stream for messages if stderr itself is redirected."""
     stream = os.fdopen(os.dup(2), "w", encoding="utf-8", errors="replace")
     try:
         yield stream
@@ -155,11 +153,8 @@ def _terminal_stream(is_alone: bool) -> Iterator[TextIO]:
 
 
 @contextmanager
-def _output_to_log(is_alone: bool) -> Iterator[None]:
+def _output_to_log() -> Iterator[None]:
     """Redirect the output of all libraries to the file descriptors 1 and 2 to the log."""
-    if not (is_alone and _has_descriptors()):
-        yield
-        return
     copies = {number: os.dup(number) for number in (1, 2)}
     with tempfile.TemporaryFile() as output:
         for number in copies:
