@@ -50,10 +50,8 @@ def register(kind: str, name: str) -> Callable[[type], type]:
     def add(cls: type) -> type:
         old = _classes.setdefault((kind, name), cls)
         if old is not cls:
-            raise ValueError(
-                f"{kind} plugin {name!r} is registered twice: by "
-                f"{old.__module__}.{old.__qualname__} and {cls.__module__}.{cls.__qualname__}"
-            )
+            one, other = (f"{each.__module__}.{each.__qualname__}" for each in (old, cls))
+            raise ValueError(f"{kind} plugin {name!r} is registered twice: by {one} and {other}")
         return cls
 
     return add
@@ -82,9 +80,8 @@ def choice(kind: str, name: str) -> Any:
 def options(kind: str, cls: type) -> dict[str, Field]:
     """Fields of a plugin class that a configuration can set, by name."""
     given = PROVIDED.get(kind, ())
-    return {
-        f.name: f for f in fields(cls) if f.init and f.name not in given and f.metadata != BY_RUN
-    }
+    chosen = (f for f in fields(cls) if f.init and f.name not in given and f.metadata != BY_RUN)
+    return {f.name: f for f in chosen}
 
 
 def default(option: Field) -> object:

@@ -32,13 +32,11 @@ from polycube.io import manifest
 from polycube.io.access.lock import locked
 from polycube.types import Json
 
-_locks = ExitStack()  # of the folder of a multirun, until the end of the process
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
-
-
-atexit.register(_locks.close)
-
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
+
+_locks = ExitStack()  # of the folder of a multirun, until the end of the process
+atexit.register(_locks.close)
 
 
 class PluginConfigs(SearchPathPlugin):
@@ -159,12 +157,9 @@ def with_input(arguments: list[str]) -> list[str]:
 
 
 def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:
-    if isfile(argument):
-        return True
-    named = argument.startswith("example:") or argument.lower().endswith(suffixes)
-    return "=" not in argument and (
-        named or isdir(argument) or any(sign in argument for sign in "*?")
-    )
+    is_named = argument.startswith("example:") or argument.lower().endswith(suffixes)
+    are_several = isdir(argument) or any(sign in argument for sign in "*?")
+    return isfile(argument) or ("=" not in argument and (is_named or are_several))
 
 
 def in_full(arguments: list[str]) -> list[str]:

@@ -20,12 +20,10 @@ HOST = "127.0.0.1"  # no other machine can reach it
 def main(arguments: Sequence[str] | None = None) -> None:
     """Serve the desk of a command line until Ctrl-C."""
     parser = ArgumentParser(prog="polycube-desk", description=__doc__)
-    parser.add_argument(
-        "part", nargs="?", type=Path, default=Path(), help="a part, or a folder with parts"
-    )
-    parser.add_argument(
-        "--port", type=int, default=0, help="port of the page (default: a free one)"
-    )
+    about = "a part, or a folder with parts"
+    parser.add_argument("part", nargs="?", type=Path, default=Path(), help=about)
+    about = "port of the page (default: a free one)"
+    parser.add_argument("--port", type=int, default=0, help=about)
     parser.add_argument("--no-browser", action="store_true", help="do not open the page")
     given = parser.parse_args(arguments)
     with refusing():

@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, is_dataclass
+from functools import partial
 from itertools import dropwhile, takewhile
 from pathlib import Path
 from textwrap import indent, shorten, wrap
@@ -140,7 +141,5 @@ def _first_line(cls: type) -> str:
 
 def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
     longest = max((len(name) for name, _ in rows), default=0)
-    room = WIDTH - longest - 2
-    return [
-        f"{name:{longest}}  {shorten(text, room, placeholder=' …')}".rstrip() for name, text in rows
-    ]
+    short = partial(shorten, width=WIDTH - longest - 2, placeholder=" …")
+    return [f"{name:{longest}}  {short(text)}".rstrip() for name, text in rows]

@@ -26,10 +26,8 @@ def terminable() -> Iterator[threading.Event]:
         raise KeyboardInterrupt
 
     is_handled = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-    with (
-        _handled(signal.SIGTERM, stop),
-        _handled(signal.SIGINT, stop if is_handled else signal.SIG_IGN),
-    ):
+    on_interrupt = stop if is_handled else signal.SIG_IGN
+    with _handled(signal.SIGTERM, stop), _handled(signal.SIGINT, on_interrupt):
         try:
             yield interrupted
         except SystemError as error:

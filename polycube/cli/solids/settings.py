@@ -89,9 +89,8 @@ def states_assemblies(export: Export) -> bool:
 
 def unsolved(cfg: Json) -> dict[str, Any]:
     """The settings of a solid that is analysed with others, on a spline of all."""
-    kept = {
-        name: cfg["analysis"][name] for name in ("units", "material") if name in cfg["analysis"]
-    }
+    own = cfg["analysis"]
+    kept = {name: own[name] for name in ("units", "material") if name in own}
     return {**cfg, "analysis": {"plugin": None, **kept}, "spline": {"plugin": None}}
 
 

@@ -118,13 +118,12 @@ def _is_of(kind: str, value: Any) -> bool:
     parts = PARTS[kind]
     if not isinstance(value, list | tuple) or len(value) < len(parts):
         return False
-    if kind == "structure" and not (
-        isinstance(value[1], int)
-        and 0 <= value[1] < len(value[0])
-        and all(isinstance(each, Ranked) for each in value[0])
-    ):
+    if not all(isinstance(part, own) for part, own in zip(value, parts, strict=False)):
         return False
-    return all(isinstance(part, own) for part, own in zip(value, parts, strict=False))
+    if kind != "structure":
+        return True
+    ranked, chosen, *_ = value
+    return 0 <= chosen < len(ranked) and all(isinstance(each, Ranked) for each in ranked)
 
 
 def has_stage(folder: Path, kind: str) -> bool:

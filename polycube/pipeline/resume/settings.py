@@ -97,8 +97,5 @@ def changed_settings(now: Json, before: Json, kinds: Iterable[str]) -> list[str]
     """List the settings of these kinds that differ from those of the resumed run."""
     groups = dict.fromkeys(kind.partition("/")[0] for kind in kinds)
     new, old = (_options({group: each.get(group) for group in groups}) for each in (now, before))
-    return [
-        f"{name} is {new.get(name)}, was {old.get(name)}"
-        for name in {**new, **old}
-        if new.get(name) != old.get(name)
-    ]
+    changed = (name for name in {**new, **old} if new.get(name) != old.get(name))
+    return [f"{name} is {new.get(name)}, was {old.get(name)}" for name in changed]
