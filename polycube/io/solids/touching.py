@@ -1,7 +1,7 @@
 """Surfaces of solids that touch, with common triangles: `python -m polycube.io.solids.touching`.
 
-Open CASCADE divides the faces of touching solids until they have whole faces in common. The process
-reads a request as `solids.worker`, and writes arrays as `cad_worker`.
+Open CASCADE divides the faces of touching solids until they have whole faces in common: an imprint
+of their interfaces. The process reads a request as `solids.worker`, and writes as `cad_worker`.
 """
 
 import json
