@@ -1,6 +1,7 @@
 """Read the surface of a run, and repair it on request."""
 
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 
@@ -19,8 +20,8 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     if settings.mesh is None:
         raise InputError("no surface given: use mesh=part.stl, or mesh=example:rod for an example")
     path = settings.mesh
-    options = path, settings.cad, settings.repair, settings.points
-    read = clock.run("read", lambda: read_repaired(*options))
+    reader = partial(read_repaired, path, settings.cad, settings.repair, settings.points)
+    read = clock.run("read", reader)
     notes = [*cad_sets(read.surface).renamed(), *sharp_places(read.surface)]
     warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in notes))
     return RunState(

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 from polycube.errors import InputError, MeshingError
@@ -104,7 +105,7 @@ class Chain:
     def _result(self, stage: Stage, state: RunState) -> object:
         """The result of a stage, or its MeshingError."""
         try:
-            value = self.clock.run(stage.kind, lambda: stage(state))
+            value = self.clock.run(stage.kind, partial(stage, state))
             if isinstance(value, HexMesh):
                 is_fitted = KINDS[stage.kind].fits
                 put = stage.put(state, value)
