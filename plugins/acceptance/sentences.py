@@ -55,8 +55,8 @@ def warnings(goal: Goal, found: Inspection) -> Iterator[str]:
         away = f"up to {apart.vertices:.2%} of the diagonal away from the surface"
         yield f"boundary vertices are {away}, more than {goal.far_vertices:.1%}"
     if abs(found.volume_ratio - 1) >= goal.far_volume:
-        above = f"more than {goal.far_volume:.0%} off"
-        yield f"the volume is {found.volume_ratio:.1%} of the part's, {above}"
+        excess = f"more than {goal.far_volume:.0%} off"
+        yield f"the volume is {found.volume_ratio:.1%} of the part's, {excess}"
     for far, limit, length in (
         (found.off_wall, goal.far_wall, "wall thickness"),
         (found.off_size, goal.far_size, "edge length of the hexes"),

@@ -97,13 +97,15 @@ class Construction:
             control[second] = self.options.sector.turned(control[first])
             spline = replace(spline, control=control)
         jacobian = min_detj(spline)
-        place = "element {} at {:.4g} {:.4g} {:.4g}".format(jacobian.element, *jacobian.position)
+        sizes = map(len, (spline.control, spline.nodes, sharp.edges, sharp.straight))
+        numbers = jacobian.volume, jacobian.min_detj, jacobian.element, *jacobian.position
         logger.info(
             "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
-            "volume %.6g, smallest det J %.3g (%s), scaled %.3g",
-            *map(len, (spline.control, spline.nodes, sharp.edges, sharp.straight)),
-            *(spline.extraordinary_edges, jacobian.volume, jacobian.min_detj),
-            *(place, jacobian.min_scaled_detj),
+            "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
+            *sizes,
+            spline.extraordinary_edges,
+            *numbers,
+            jacobian.min_scaled_detj,
         )
         if jacobian.min_detj <= 0:
             logger.warning("the spline is not valid: det J is not positive everywhere")
