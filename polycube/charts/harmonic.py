@@ -64,9 +64,8 @@ def extend(weights: csr_matrix, values: np.ndarray, fixed: np.ndarray) -> np.nda
     if len(free) == 0:
         return found
     operator = (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()[free]
-    found[free] = splu(operator[:, free].tocsc()).solve(
-        -(operator[:, np.flatnonzero(fixed)] @ values[fixed])
-    )
+    given = operator[:, np.flatnonzero(fixed)] @ values[fixed]
+    found[free] = splu(operator[:, free].tocsc()).solve(-given)
     return found
 
 

@@ -198,9 +198,8 @@ class Desk:
         self._log.clear()
         last = ""
         try:
-            self.process = process = await Process.begin(
-                self.folder, self.job.part, self.job.settings
-            )
+            process = await Process.begin(self.folder, self.job.part, self.job.settings)
+            self.process = process
         except ValueError as error:
             ui.notify(f"Further settings: {error}")
             return

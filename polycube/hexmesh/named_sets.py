@@ -112,9 +112,8 @@ class CadSets:
         if not pairs:
             return []
         more = f" and {len(pairs) - 5} more" if len(pairs) > 5 else ""
-        return [
-            f"names that differ only in case or signs got numbers: {', '.join(pairs[:5])}{more}"
-        ]
+        listed = f"{', '.join(pairs[:5])}{more}"
+        return [f"names that differ only in case or signs got numbers: {listed}"]
 
 
 @lru_cache(maxsize=2)

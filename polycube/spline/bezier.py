@@ -92,9 +92,8 @@ def scaled_bounds(spline: Spline) -> np.ndarray:
     They are at most a hundredth below the smallest value found, or result from three halvings.
     """
     points, nodes = spline.extraction @ spline.control, spline.nodes
-    return np.concatenate(
-        [_bounds(points, chunk) for chunk in np.array_split(nodes, len(nodes) // CHUNK + 1)]
-    )
+    chunks = np.array_split(nodes, len(nodes) // CHUNK + 1)
+    return np.concatenate([_bounds(points, chunk) for chunk in chunks])
 
 
 def _bounds(points: np.ndarray, nodes: np.ndarray) -> np.ndarray:

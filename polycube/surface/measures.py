@@ -86,9 +86,8 @@ def edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges (E, 2) with ascending ends, number of faces (E,), and edge of each half-edge (K F,)."""
     ends = np.sort(half_edges(faces), axis=1)
     size = int(faces.max(initial=0)) + 1
-    keys, edge, count = np.unique(
-        ends[:, 0] * size + ends[:, 1], return_inverse=True, return_counts=True
-    )
+    number = ends[:, 0] * size + ends[:, 1]
+    keys, edge, count = np.unique(number, return_inverse=True, return_counts=True)
     return np.stack(np.divmod(keys, size), axis=1), count, edge
 
 

@@ -58,11 +58,9 @@ def _placed(
         logger.info("labels: no solid with the genus of the part has all charts")
         return None
     at = [knots[index] for knots, index in zip(bricks.knots, bricks.index, strict=True)]
-    placed = [
-        positions(fields[a].values(at[a]), charts.group[a], at[a], bricks.index[a])
-        for a in range(3)
-    ]
-    return bricks, np.stack(placed, axis=1)
+    along = [one.values(on) for one, on in zip(fields, at, strict=True)]
+    axes = zip(along, charts.group, at, bricks.index, strict=True)
+    return bricks, np.stack([positions(*axis) for axis in axes], axis=1)
 
 
 def _constants(field: Field, order: list[Pair], least: float) -> np.ndarray | None:

@@ -112,9 +112,8 @@ def _clouds(
         label_time=LABEL_TIME,
     )
     places = np.stack([frame.invert(p) for frame, p in zip(frames, denoised.points, strict=True)])
-    turned_axis = np.stack(
-        [(OUTWARD @ frame.rotation.T @ OUTWARD.T).argmax(axis=1) for frame in frames]
-    )
+    ways = (OUTWARD @ frame.rotation.T @ OUTWARD.T for frame in frames)
+    turned_axis = np.stack([way.argmax(axis=1) for way in ways])
     log_axis = np.take_along_axis(denoised.log_labels[0], turned_axis[:, None], axis=2)
     rows = points, normals, log_axis, places - points
     of_surface = [row.reshape(len(turned), -1, row.shape[2]) for row in rows]

@@ -63,9 +63,8 @@ def lattice(surface: TriMesh, draw: Draw, genus: int, flat: bool = False) -> Lat
     if flat:
         own, places = flattened(surface, own, places)
     for near in NEAR:
-        knots = [
-            clusters(own.value[own.axis == a], own.area[own.axis == a], near) for a in range(3)
-        ]
+        along = [own.axis == axis for axis in range(3)]
+        knots = [clusters(own.value[on], own.area[on], near) for on in along]
         if min(map(len, knots)) < 2:
             continue
         full = filled(TriMesh(places, surface.faces), knots)

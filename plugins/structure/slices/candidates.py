@@ -1,6 +1,7 @@
 """Alignments of a part in several frames and along their axes, as candidates."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -87,9 +88,8 @@ def _lines(alignment: Alignment) -> np.ndarray:
     low, high = np.clip(inner[..., 0], 0.08, 0.8), np.clip(inner[..., 1], 0.2, 0.92)
     middle, half = (low + high) / 2, np.maximum(high - low, 0.12) / 2
     inner = np.stack([(middle - half).clip(0.06, 0.82), (middle + half).clip(0.18, 0.94)], axis=-1)
-    centre, width, inner = (
-        gaussian_filter1d(values, BLUR, axis=0, mode="nearest") for values in (centre, width, inner)
-    )
+    blurred = partial(gaussian_filter1d, sigma=BLUR, axis=0, mode="nearest")
+    centre, width, inner = map(blurred, (centre, width, inner))
     fractions = np.insert(inner, [0, 2], [0, 1], axis=-1)
     return (centre - width / 2)[..., None] + width[..., None] * fractions
 

@@ -35,9 +35,8 @@ def write_joint_meshes(
     """
     settings = Settings.of(cfg)
     if any(cfg["meshing"].get(name) for name in ALONE) or settings.cad.remove != Remove():
-        return [], [
-            "meshing.at, meshing.regions and cad.remove are for solids that are meshed one by one"
-        ]
+        why = "meshing.at, meshing.regions and cad.remove are for solids that are meshed one by one"
+        return [], [why]
     try:
         groups = touching(Path(str(cfg["mesh"])), cfg["cad"]["segments"])
     except InputError as error:

@@ -40,10 +40,8 @@ def columns(flat: Section, background: Background, full: np.ndarray, number: np.
     number : (K,) layers in each slab
     """
     levels = background.levels
-    parts = [
-        low + (high - low) * np.arange(n) / n
-        for low, high, n in zip(levels[:-1], levels[1:], number.tolist(), strict=True)
-    ]
+    between = zip(levels[:-1], levels[1:], number.tolist(), strict=True)
+    parts = [low + (high - low) * np.arange(n) / n for low, high, n in between]
     heights = np.append(np.concatenate(parts), levels[-1])
     slab = np.repeat(np.arange(len(number)), number)
     layer, quad = np.nonzero(full[flat.cell][:, slab].T)

@@ -65,9 +65,8 @@ def section(
     planes = [draft.plane for draft in drafts]
     filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
     half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
-    wanted = np.array(  # areas of the cells
-        [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
-    )
+    areas = [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
+    wanted = np.array(areas)  # of the cells
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
         for flat in filter(None, (_smooth(draft, *one) for one in several)):

@@ -61,9 +61,8 @@ def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
     places, hexes, owner, start = [], [], [], 0
     for number, n in enumerate(parts):
         shares = np.stack(np.meshgrid(*(np.arange(k + 1) / k for k in n), indexing="ij"), axis=-1)
-        weights = np.where(
-            connectivity.PLACES, shares[..., None, :], 1 - shares[..., None, :]
-        ).prod(axis=-1)
+        along = shares[..., None, :]
+        weights = np.where(connectivity.PLACES, along, 1 - along).prod(axis=-1)
         places.append(weights.reshape(-1, 8) @ blocks.vertices[blocks.hexes[number]])
         low = np.stack(np.unravel_index(np.arange(n.prod()), n), axis=1)
         corners = (low[:, None] + connectivity.PLACES).transpose(2, 0, 1)
@@ -77,9 +76,8 @@ def cut(blocks: HexMesh, parts: np.ndarray) -> HexMesh:
     patch = np.zeros((len(blocks.hexes), 6), np.int64)
     patch[connectivity.quad_sides(blocks)] = blocks.patch
     side = (joined[inner][:, connectivity.FACES] == quads[:, None]).all(axis=2).argmax(axis=1)
-    return connectivity.hex_mesh(
-        vertices[first], joined, quads, patch[of[inner], side], blocks.cell[of]
-    )
+    patches = patch[of[inner], side]
+    return connectivity.hex_mesh(vertices[first], joined, quads, patches, blocks.cell[of])
 
 
 def on_box(vertices: np.ndarray) -> np.ndarray:

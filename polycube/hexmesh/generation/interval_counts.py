@@ -90,9 +90,8 @@ def least_demands(
     sets = quads_of_sets(lattice.near, surface)
     holes = [own for name, own in sets.items() if kind_of(name) == "hole" and len(own)]
     found = walls + [each for own in holes for each in lattice.round_rims(own, around_hole)]
-    is_set = (
-        sum((each.times for each in requested if each.is_count), np.zeros(len(lattice.parts))) > 0
-    )
+    counted = [each.times for each in requested if each.is_count]
+    is_set = sum(counted, np.zeros(len(lattice.parts))) > 0
     return [each for each in found if not (each.times[is_set] > 0).any()]
 
 

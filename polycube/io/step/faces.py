@@ -141,9 +141,8 @@ def _faces(file: Exchange, items: Iterable[str]) -> list[str]:
 def _below(file: Exchange, face: str, word: str) -> list[str]:
     """The entities with a keyword among the bounds of a face, their edges and vertices."""
     ends = {"EDGE_CURVE": 2}  # its third reference is the curve, the last one of a face the surface
-    found = _reached(
-        file.references(face)[:-1], lambda n: file.references(n)[: ends.get(file.word(n))]
-    )
+    first = file.references(face)[:-1]
+    found = _reached(first, lambda n: file.references(n)[: ends.get(file.word(n))])
     return [number for number in found if file.word(number) == word]
 
 

@@ -135,9 +135,8 @@ def _applied(load: Load) -> Iterator[str]:
 def stress(value: float) -> str:
     """The size of a stress in Pa, kPa or MPa."""
     size = abs(value)
-    factor, unit = next(
-        ((f, u) for f, u in ((1e6, "MPa"), (1e3, "kPa")) if size >= 0.1 * f), (1, "Pa")
-    )
+    units = (1e6, "MPa"), (1e3, "kPa")
+    factor, unit = next(((f, u) for f, u in units if size >= 0.1 * f), (1, "Pa"))
     return f"{number(size / factor)} {unit}"
 
 

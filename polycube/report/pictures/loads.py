@@ -45,16 +45,14 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
             cones += _held(support, faces, spread(faces, own, SPACING * size), size)
     for place, _ in _forces(problem):
         is_loaded[quads_of(mesh, place)] = 1
-    arrows = [
-        _pushed(faces.middle[quad], faces.normal[quad], vector, ARROW * size)
-        for quad, vector in pushes(mesh, problem, faces, SPACING * size)
-    ]
+    pushed = pushes(mesh, problem, faces, SPACING * size)
+    middle, normal = faces.middle, faces.normal
+    arrows = [_pushed(middle[quad], normal[quad], way, ARROW * size) for quad, way in pushed]
     if isinstance(problem, Statics) and any(problem.acceleration):
         arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
-    part = Layer(
-        mesh.vertices, mesh.quads, colours, sharp_edges(mesh.quads, unit(faces.normal)), ambient=0.5
-    )
+    sharp = sharp_edges(mesh.quads, unit(faces.normal))
+    part = Layer(mesh.vertices, mesh.quads, colours, sharp, ambient=0.5)
     symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
     return from_both_sides([part, *symbols])
 

@@ -105,9 +105,8 @@ def cad_edges(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray, 
     middle = goal.to_unit(mesh.vertices)[edges].mean(axis=1)
     nearest, inside = np.full(len(edges), np.inf), np.full(len(edges), np.pi)
     for crease in goal.followed.creases:
-        own = np.flatnonzero(
-            (adjacent == crease.faces).all(axis=1) & (adjacent[:, 0] != adjacent[:, 1])
-        )
+        is_between = adjacent[:, 0] != adjacent[:, 1]
+        own = np.flatnonzero((adjacent == crease.faces).all(axis=1) & is_between)
         arc, off = crease.nearest(middle[own])
         own, arc, off = (part[off < nearest[own]] for part in (own, arc, off))
         nearest[own], inside[own] = off, crease.at(arc)[2]
