@@ -19,11 +19,12 @@ from polycube.analysis.constraints import Constraints, Support, constrain, free_
 from polycube.analysis.continuous import Elasticity, Enrichment
 from polycube.analysis.cyclic import Sector
 from polycube.analysis.peaks import poor_elements
-from polycube.analysis.preconditioner import CORNERS, approximate_inverse, single_precision
+from polycube.analysis.preconditioner import approximate_inverse, single_precision
 from polycube.analysis.problem import Cyclic, Material
-from polycube.analysis.recovery import field_of, gradient_field
+from polycube.analysis.recovery import at_places, energy_error, field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
+from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Modes, Spline
 from polycube.units import METRES
 
@@ -34,10 +35,9 @@ TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
 SPARE = 4, 2
 STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
-# estimated error of an eigenvalue after its correction, as a share of that: of the functions of the
-# vertices, which the correction makes cubic, of those that are trilinear in some elements, and of
-# spaces that are cubic before
-REST, REST_OF_TRILINEAR, REST_OF_CUBIC = 0.3, 1.2, 2.8
+# estimated error of an eigenvalue: a factor of the squared error of the stress in the energy norm,
+# and a share of the correction, which is found approximately
+SAFETY, REST = 1.5, 0.3
 TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
@@ -121,16 +121,16 @@ def _enriched(
 
     A few steps of conjugate gradients find most of what these functions add to a mode. The part
     orthogonal to this mode and the lower ones gives a smaller eigenvalue by the method of Ritz.
-    Errors are a share of this correction, and the effect of the distance of the boundary.
+    The error of an eigenvalue is the squared error of its mode in the energy norm, which is
+    estimated from the stress (Zienkiewicz and Zhu 1987), also where the stress is singular. A share
+    of the correction and the effect of the distance of the boundary are added.
     """
-    vertices = len(np.unique(spline.nodes[:, CORNERS]))
-    is_trilinear = np.diff(spline.element_functions().offsets).min() == len(CORNERS)
-    rest = REST_OF_TRILINEAR if is_trilinear else REST
-    rest = REST_OF_CUBIC if len(spline.control) > vertices else rest
     elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
     given = constraints.supports, None, constraints.sector
     enrichment = Enrichment.of(spline, elasticity, *given)
     found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
+    line, lost = gauss(elasticity.n_gauss)[0], np.zeros(len(values))
+    basis, _ = volume_basis(line)
     for i in range(rigid, len(values)):
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
@@ -142,10 +142,15 @@ def _enriched(
         own = (more * elasticity.forces(more)).sum() / mass
         coupled = (more * resisting).sum() ** 2 / mass
         found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
+        moved += more
         stress = gradient_field(spline, moved, solid.stress, poor)
+        raw = at_places(spline, moved, solid.stress, line)
+        recovered = basis @ stress[spline.nodes]
+        error, _ = energy_error(elasticity.volume, solid.work, recovered, raw)
+        lost[i] = error**2 * value
         fields = np.column_stack([stress, value * (moved**2).sum(axis=1)])
         density[:, i] = field_of(spline, fields, solid.gain)
-    off = rest * (values - found) + distance_error(spline, density)
+    off = SAFETY * lost + REST * (values - found) + distance_error(spline, density)
     return found, off / values.clip(TINY) / 2
 
 

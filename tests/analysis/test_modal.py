@@ -13,8 +13,11 @@ from polycube.hexmesh.connectivity import hex_mesh
 from polycube.spline.bezier import bezier_points, min_detj
 from polycube.spline.spaces.extraction import volumetric_spline
 from polycube.spline.spaces.sharp_features import edges_between, single_hex_edges
-from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder
+from polycube.types import HexMesh
+from tests.conftest import first_quick
+from tests.fixtures.hexmeshes import hex_ball, hex_box, hex_cylinder, unit_cubes
 from tests.fixtures.splines import box
+from tests.fixtures.splines import spline_of as fitted
 from tests.oracles.matrices import assemble
 
 
@@ -186,6 +189,26 @@ def test_enriched_frequencies_are_those_of_all_continuous_tricubic_functions():
     assert off.max() > 0.05 and abs(rest).max() < 0.1 * off.max()
     assert (np.diff(better.frequency) >= 0).all() and len(better.errors) == 6
     assert (np.array(better.errors) > abs(rest)).mean() > 0.5
+
+
+def angle(line: np.ndarray) -> HexMesh:
+    """Two legs of 2 x 1 x 1.5 at a right angle, with hexes between the numbers of a line."""
+    n, corner = len(line) - 1, int(np.searchsorted(line, 1))
+    inside = range(corner, n)
+    points, hexes = unit_cubes(n, 2, n, {(i, j, k) for i in inside for j in (0, 1) for k in inside})
+    x, y, z = points.astype(int).T
+    return hex_mesh(np.column_stack([line[x], 0.75 * y, line[z]]), hexes)
+
+
+@pytest.mark.parametrize("space", first_quick(1, ["optimal", "h2s", "c0"]))
+def test_errors_at_a_re_entrant_edge_are_estimated(space):
+    """The stress is unbounded there; hexes that become small towards it have the exact answer."""
+    near = np.array([0, 0.5, 0.9, 0.98, 1])
+    meshes = angle(np.arange(3.0)), angle(np.append(near, 2 - near[-2::-1]))
+    splines = map(fitted, meshes, (space, "optimal"))
+    coarse, fine = (free_modes(each, MATERIALS["steel"], 12, enrich=True) for each in splines)
+    ratio = coarse.errors / (coarse.frequency[6:] / fine.frequency[6:] - 1)
+    assert (ratio > 1).all() and np.median(ratio) < 5
 
 
 def test_enriched_frequencies_do_not_depend_on_the_number_of_modes():
