@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, eye, kron
@@ -20,7 +20,7 @@ from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
 from polycube.analysis.element_forces import elastic_forces
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import TO_BEZIER, jacobians, volumes
+from polycube.analysis.recovery import EVEN, TO_BEZIER, TO_BEZIER_1D, inverse, jacobians, volumes
 from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
 from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
@@ -45,6 +45,7 @@ class Elasticity:
     n_gauss: int
     solid: Material
     add: csr_matrix  # (B, 64 E) sums at the nodes
+    to_bezier: np.ndarray  # (4, 4) Bezier coefficients on a line from those of the points
 
     @classmethod
     def of(cls, spline: Spline, solid: Material, n_gauss: int = 4) -> Elasticity:
@@ -61,12 +62,13 @@ class Elasticity:
                 (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))),
                 (spline.extraction.shape[0], len(nodes)),
             ),
+            to_bezier=np.eye(4),
         )
 
     def forces(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) forces K u of coefficients u (B, 3)."""
-        moduli = self.solid.shear, self.solid.lame
-        return elastic_forces(self.points, self.nodes, displacement, self.n_gauss, *moduli)
+        given = self.n_gauss, self.solid, self.to_bezier
+        return elastic_forces(self.points, self.nodes, displacement, *given)
 
     def inertia(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) products M u with the mass, of coefficients u (B, 3)."""
@@ -82,9 +84,9 @@ class Elasticity:
         found = np.empty((*self.nodes.shape, 3))
         for start in range(0, len(self.nodes), CHUNK):
             own = slice(start, start + CHUNK)
-            inverse = np.linalg.inv(jacobians(self.points[self.nodes[own]], gradients))
+            turned = inverse(jacobians(self.points[self.nodes[own]], gradients))
             weight = self.volume[own] * (pressure[self.nodes[own]] @ values.T)
-            found[own] = np.einsum("aqm,eqai,eq->emi", gradients, inverse, weight, optimize=True)
+            found[own] = np.einsum("aqm,eqai,eq->emi", gradients, turned, weight, optimize=True)
         return self.add @ found.reshape(-1, 3)
 
     def diagonal(self) -> np.ndarray:
@@ -96,8 +98,8 @@ class Elasticity:
             own = slice(start, start + CHUNK)
             solid = self.solid.at(own)
             shear, lame = (np.reshape(m, (-1, 1, 1, 1)) for m in (solid.shear, solid.lame))
-            inverse = np.linalg.inv(jacobians(self.points[self.nodes[own]], gradients))
-            slope = np.einsum("aqm,eqai->eqmi", even, inverse, optimize=True)
+            turned = inverse(jacobians(self.points[self.nodes[own]], gradients))
+            slope = np.einsum("aqm,eqai->eqmi", even, turned, optimize=True)
             slope **= 2
             each = (shear + lame) * slope + shear * slope.sum(axis=3, keepdims=True)
             found[own] = np.einsum("eqmi,eq->emi", each, self.volume[own])
@@ -109,9 +111,11 @@ class Enrichment:
     """The displacement that continuous tricubic functions add to one in the spline space."""
 
     elasticity: Elasticity
+    even: Elasticity  # for `forces` of values at even points
     allowed: csr_matrix  # (3 B, 3 B) projection on the displacements that the constraints allow
     step: csr_matrix  # (3 B, 3 B) allowed part of inverse energies of functions of even points
     from_even: csr_matrix  # (B, B)
+    to_even: csr_matrix  # (B, B)
     coarse: Operator | None  # from forces (B, 3) to the displacement (B, 3) in the spline space
 
     @classmethod
@@ -144,24 +148,31 @@ class Enrichment:
             basis = kron(each, eye(3), "csr") @ basis
         allowed = csr_matrix(basis @ basis.T)
         energy = elasticity.diagonal().ravel()
-        inverse = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
-        step = csr_matrix(allowed @ diags(inverse) @ allowed)
-        even = _from_even(elasticity.nodes, len(elasticity.points))
-        return cls(elasticity, allowed, step, even, coarse)
+        weak = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
+        step = csr_matrix(allowed @ diags(weak) @ allowed)
+        from_even, to_even = (_of_elements(elasticity, each) for each in (TO_BEZIER, EVEN))
+        points = to_even @ elasticity.points
+        even = replace(elasticity, points=points, to_bezier=TO_BEZIER_1D)
+        return cls(elasticity, even, allowed, step, from_even, to_even, coarse)
 
-    def solve(self, rest: np.ndarray, most: int = MOST) -> tuple[np.ndarray, int, float]:
+    def solve(
+        self, rest: np.ndarray, most: int = MOST, tolerance: float = TOLERANCE
+    ) -> tuple[np.ndarray, int, float]:
         """The displacement (B, 3) under unbalanced forces (B, 3), the steps, and the residual."""
-        forces, acting = self.elasticity.forces, self.acting(rest)
-        return conjugate_gradients(forces, acting, self._precondition, most, TOLERANCE)
+        acting = self.from_even.T @ self.acting(rest)
+        given = self.even.forces, acting, self._precondition
+        even, steps, residual = conjugate_gradients(*given, most, tolerance)
+        return self.from_even @ even, steps, residual
 
     def acting(self, forces: np.ndarray) -> np.ndarray:
         """(B, 3) the part of forces (B, 3) that moves the solid."""
         return (self.allowed @ forces.ravel()).reshape(-1, 3)
 
     def _precondition(self, rest: np.ndarray) -> np.ndarray:
-        even = self.step @ (self.from_even.T @ rest).ravel()
-        near = self.from_even @ even.reshape(-1, 3)
-        return near if self.coarse is None else near + self.coarse(rest)
+        near = (self.step @ rest.ravel()).reshape(-1, 3)
+        if self.coarse is None:
+            return near
+        return near + self.to_even @ self.coarse(self.to_even.T @ rest)
 
 
 def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -187,10 +198,11 @@ def _tied(place: np.ndarray, is_free: np.ndarray) -> csr_matrix:
     return kron(tie, eye(3), "csr")[:, (tie.T @ ~is_free == 0).ravel()]
 
 
-def _from_even(nodes: np.ndarray, size: int) -> csr_matrix:
-    """(B, B) Bezier coefficients from values at evenly spaced points, numbered like the nodes."""
+def _of_elements(elasticity: Elasticity, table: np.ndarray) -> csr_matrix:
+    """(B, B) a map of the nodal values of an element, (64, 64), for those of all elements."""
+    nodes, size = elasticity.nodes, len(elasticity.points)
     used, first = np.unique(nodes, return_index=True)
     element, place = np.divmod(first, 64)
-    table = np.where(abs(TO_BEZIER) > 1e-12, TO_BEZIER, 0)[place]
+    table = np.where(abs(table) > 1e-12, table, 0)[place]
     row, column = np.nonzero(table)
     return csr_matrix((table[row, column], (used[row], nodes[element[row], column])), (size, size))

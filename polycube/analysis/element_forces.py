@@ -5,11 +5,12 @@ order. Each number of an element has a row with a lane for each of `LANES` eleme
 compiled loops are vectorised.
 """
 
-from functools import partial
+from functools import partial, reduce
 
 import numpy as np
 from numba import njit
 
+from polycube.analysis.problem import Material
 from polycube.numerics.fast_math import FAST
 from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import bernstein, derivative, gauss
@@ -23,22 +24,24 @@ def elastic_forces(
     nodes: np.ndarray,
     displacement: np.ndarray,
     n_gauss: int,
-    shear: float | np.ndarray,
-    lame: float | np.ndarray,
+    solid: Material,
+    to_bezier: np.ndarray,
 ) -> np.ndarray:
-    """(B, 3) forces K u of the functions of the Bezier nodes.
+    """(B, 3) forces K u of the functions of the nodes.
 
-    points, displacement : (B, 3) coefficients.  nodes : (E, 64).  shear, lame : moduli, also (E,)
+    points, displacement : (B, 3) coefficients.  nodes : (E, 64)
+    to_bezier : (4, 4) Bezier coefficients on a line from these
     """
     line, weights = gauss(n_gauss)
-    given = bernstein(line), derivative(line), weights, np.outer(weights, weights).ravel()
+    values, slopes = (basis(line) @ to_bezier for basis in (bernstein, derivative))
+    given = values, slopes, weights, np.outer(weights, weights).ravel()
     displacement = np.ascontiguousarray(displacement)
-    moduli = np.zeros((len(nodes), 2)) + np.stack(np.broadcast_arrays(shear, lame), axis=-1)
+    moduli = np.zeros((len(nodes), 2)) + np.column_stack([solid.shear, solid.lame])
     work = [
         partial(_forces, points, nodes[p], displacement, *given, moduli[p])
         for p in parts(len(nodes), LEAST)
     ]
-    return np.sum(side_by_side(work), axis=0)
+    return reduce(np.add, side_by_side(work))
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")

@@ -21,10 +21,9 @@ from polycube.analysis.cyclic import Sector
 from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import approximate_inverse, single_precision
 from polycube.analysis.problem import Cyclic, Material
-from polycube.analysis.recovery import at_places, energy_error, field_of, gradient_field
+from polycube.analysis.recovery import energy_error, field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
-from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Modes, Spline
 from polycube.units import METRES
 
@@ -34,7 +33,7 @@ SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the s
 TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
 SPARE = 4, 2
-STEPS = 15  # of conjugate gradients for what continuous functions add to a mode
+STEPS, RESIDUAL = 15, 0.05  # of conjugate gradients for what continuous functions add: limits
 # estimated error of an eigenvalue: a factor of the squared error of the stress in the energy norm,
 # and a share of the correction, which is found approximately
 SAFETY, REST = 1.5, 0.3
@@ -126,15 +125,14 @@ def _enriched(
     of the correction and the effect of the distance of the boundary are added.
     """
     elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
-    given = constraints.supports, None, constraints.sector
-    enrichment = Enrichment.of(spline, elasticity, *given)
+    enrichment = Enrichment.of(spline, elasticity, constraints.supports, sector=constraints.sector)
     found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
-    line, lost = gauss(elasticity.n_gauss)[0], np.zeros(len(values))
-    basis, _ = volume_basis(line)
+    lost = np.zeros(len(values))
     for i in range(rigid, len(values)):
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
-        more, _, _ = enrichment.solve(value * elasticity.inertia(moved) - resisting, most=STEPS)
+        rest = value * elasticity.inertia(moved) - resisting
+        more, _, _ = enrichment.solve(rest, STEPS, RESIDUAL)
         lower = shapes[: i + 1]
         shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ elasticity.inertia(more))
         more -= spline.extraction @ np.tensordot(shares, lower, 1)
@@ -143,11 +141,9 @@ def _enriched(
         coupled = (more * resisting).sum() ** 2 / mass
         found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
         moved += more
-        stress = gradient_field(spline, moved, solid.stress, poor)
-        raw = at_places(spline, moved, solid.stress, line)
-        recovered = basis @ stress[spline.nodes]
-        error, _ = energy_error(elasticity.volume, solid.work, recovered, raw)
-        lost[i] = error**2 * value
+        solution = spline, moved, solid.stress
+        stress = gradient_field(*solution, poor)
+        lost[i] = value * energy_error(solution, stress, elasticity.volume, solid.work)[0] ** 2
         fields = np.column_stack([stress, value * (moved**2).sum(axis=1)])
         density[:, i] = field_of(spline, fields, solid.gain)
     off = SAFETY * lost + REST * (values - found) + distance_error(spline, density)

@@ -14,7 +14,6 @@ from polycube.analysis.preconditioner import approximate_inverse, solvers
 from polycube.analysis.problem import Cyclic, Flow
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
-from polycube.spline.bernstein import gauss, volume_basis
 from polycube.spline.bezier import bezier_points
 from polycube.types import Potential, Spline
 from polycube.units import METRES
@@ -60,16 +59,11 @@ def conduct(
     u = basis @ solve(basis.T @ (supplied - stiffness @ offset)) + offset
     logger.info("%d unknowns of %d", basis.shape[1], basis.shape[0])
     nodal = spline.extraction @ u
-    line, _ = gauss(n_gauss)
     each = np.broadcast_to(conductivity, len(spline.nodes))[:, None]
     solution = spline, nodal, lambda u, own: -each[own, None] / metre * u[..., 0, :]
     flux = recovery.gradient_field(*solution)
-    error, energy = recovery.energy_error(
-        recovery.volumes(bezier_points(spline), n_gauss),
-        lambda field: (field**2).sum(axis=-1) / each,
-        volume_basis(line)[0] @ flux[spline.nodes],
-        recovery.at_places(*solution, line),
-    )
+    given = solution, flux, recovery.volumes(bezier_points(spline), n_gauss)
+    error, energy = recovery.energy_error(*given, lambda q: (q**2).sum(axis=-1) / each)
     # what a layer on the boundary adds to the energy, see `shape`; u above its smallest value
     heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])
     fields = np.column_stack([2 * heat, nodal - nodal.min(), flux])

@@ -19,7 +19,7 @@ CHUNK = 512  # elements in a batch
 ALMOST_NONE = 1e-12  # weight of a value that is used only if there is no other
 EVEN_LINE = np.arange(4) / 3
 EVEN = tensor(*[bernstein(EVEN_LINE)] * 3)
-TO_BEZIER = np.linalg.inv(EVEN)
+TO_BEZIER, TO_BEZIER_1D = np.linalg.inv(EVEN), np.linalg.inv(bernstein(EVEN_LINE))
 BARLOW = gauss(3)[0]
 _QUADRATIC = bernstein(EVEN_LINE, 2) @ np.linalg.inv(bernstein(BARLOW, 2))
 CARRY = TO_BEZIER @ tensor(*[_QUADRATIC] * 3)  # (64, 27)
@@ -64,7 +64,7 @@ def at_places(
     found = []
     for chunk in np.array_split(elements, len(elements) // CHUNK + 1):
         slope = jacobians(local[chunk], gradients)
-        slope = slope @ np.linalg.inv(jacobians(points[chunk], gradients))  # (e, q, d, i)
+        slope = slope @ inverse(jacobians(points[chunk], gradients))  # (e, q, d, i)
         found.append(of(slope, chunk))
     return np.concatenate(found)
 
@@ -80,17 +80,32 @@ def jacobians(points: np.ndarray, gradients: np.ndarray) -> np.ndarray:
     return np.einsum("aqm,emi->eqia", gradients, points, optimize=True)
 
 
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) inverse matrices, by cross products, which are faster than a factorization."""
+    a, b, c = np.moveaxis(matrix, -1, 0)
+    rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+    return rows / (rows[..., :1, :] @ a[..., None])
+
+
 def energy_error(
-    volume: np.ndarray, work: OfField, recovered: np.ndarray, raw: np.ndarray
+    solution: tuple[Spline, np.ndarray, OfGradient],
+    recovered: np.ndarray,
+    volume: np.ndarray,
+    work: OfField,
+    without: np.ndarray | None = None,
 ) -> tuple[float, float]:
     """Error of a field in the energy norm, relative (Zienkiewicz and Zhu 1987), and its energy.
 
-    volume : (E, q) of the Gauss points
-    work : function of a field (E, q, n) -> (E, q)
+    solution : the first arguments of `gradient_field`.  recovered : (B, n) the averaged field
+    volume : (E, q) of the Gauss points.  work : function of a field (E, q, n) -> (E, q)
+    without : (B, n) part of the function of the gradient that is not in the field
     """
-    rest, own, energy = (
-        float((volume * work(field)).sum()) for field in (recovered - raw, recovered, raw)
-    )
+    line, nodes = gauss(round(np.cbrt(volume.shape[1])))[0], solution[0].nodes
+    basis, raw = volume_basis(line)[0], at_places(*solution, line)
+    if without is not None:
+        raw -= basis @ without[nodes]
+    smooth = basis @ recovered[nodes]
+    rest, own, energy = (float((volume * work(f)).sum()) for f in (smooth - raw, smooth, raw))
     return np.sqrt(rest / max(own, TINY)), energy
 
 

@@ -29,7 +29,6 @@ from polycube.analysis.preloads.sections import Cut
 from polycube.analysis.problem import EQUAL, Cyclic, Material, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
-from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Deformation, Spline
 from polycube.units import METRES
 
@@ -171,15 +170,11 @@ def _stresses(
         return von_mises(material.stress(slope, elements))[..., None]
 
     poor = poor_elements(spline)
-    stress = recovery.gradient_field(spline, displacement, material.stress, poor)
-    stress -= heat[:, None] * EQUAL
+    solution, thermal = (spline, displacement, material.stress), heat[:, None] * EQUAL
+    stress = recovery.gradient_field(*solution, poor) - thermal
     equivalent = recovery.field_of(spline, stress, von_mises)
     largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
-    line = gauss(round(np.cbrt(volume.shape[1])))[0]
-    values = volume_basis(line)[0]
-    raw = recovery.at_places(spline, displacement, material.stress, line)
-    raw -= (heat[spline.nodes] @ values.T)[..., None] * EQUAL
-    error, energy = recovery.energy_error(volume, material.work, values @ stress[spline.nodes], raw)
+    error, energy = recovery.energy_error(solution, stress, volume, material.work, thermal)
     return {
         "stress": stress,
         "von_mises": equivalent,
