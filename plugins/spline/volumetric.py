@@ -98,7 +98,7 @@ class Auto(SplineOptions):
 
     references: ClassVar[tuple[str, ...]] = (*H2S.references, *Optimal.references)
 
-    error: float = 0.05
+    error: float = 0.04
     solves: str | None = setting("analysis.plugin", None)
     analysis: Callable[[Spline], Solution] | None = field(default=None, metadata=BY_RUN)
 
