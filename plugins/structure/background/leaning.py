@@ -11,6 +11,8 @@ from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import edges, half_edges
 from polycube.types import TriMesh
 
+BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
+NARROW = 0.5  # smallest width of a face, relative to its mean width, where its profile counts
 LEVEL = 1e-2  # largest slope of a curve at constant height
 
 
@@ -125,12 +127,22 @@ def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarra
     return not any(foot[0] in side and top[0] in side for side in face.sides)
 
 
-def between(profile: np.ndarray, most: float) -> np.ndarray:
-    """(N,) heights that divide a profile evenly, so that its chords are close to it.
+def between(
+    heights: np.ndarray, foot: np.ndarray, top: np.ndarray, at: np.ndarray, most: float
+) -> np.ndarray:
+    """(N,) heights that divide the profile of a face evenly, so that its chords are close to it.
 
-    profile : (P, 2) height and distance of the vertices of a face from the line over which it is
+    A face that is wider at corners has the profile of its mean width; narrow ends do not count.
+
+    heights : (P,) heights of its vertices
+    foot, top, at : (P, 2) places over its two borders, and of its vertices
     most : largest distance of a chord from the vertices
     """
+    width = np.linalg.norm(top - foot, axis=1)
+    profile = np.column_stack([heights, np.linalg.norm(at - foot, axis=1)])
+    if profile[:, 1].max() < BULGE * width.max():
+        profile[:, 1] *= width.mean() / np.maximum(width, 1e-300)
+        profile = profile[width > NARROW * width.mean()]
     profile = profile[profile[:, 0].argsort(kind="stable")]
     low, high = profile[[0, -1]]
     chord = np.broadcast_to(high - low, profile.shape)

@@ -148,10 +148,9 @@ def squared_off(
     is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
     share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
     share[is_upper & is_lower] = 0.5
-    profile = np.column_stack([before[used, 2], np.linalg.norm(out, axis=1)])
+    number = len(between(before[used, 2], outer, inner, before[used, :2], chord))
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
-    number = len(between(profile, chord))
     parts = max((number + 2) // 2, 1 if rows is None else 2 if number else rows)
     is_split = is_convex and parts > 1  # the column of hexes there is collapsed
     parts += is_split

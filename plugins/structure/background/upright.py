@@ -142,8 +142,8 @@ def upright(
         is_cap[number] = not is_wall[number]
         if is_wall[number]:
             used = np.unique(face.faces)
-            run = np.linalg.norm((at - before)[used, :2], axis=1)
-            levels.append(between(np.column_stack([at[used, 2], run]), sizes.chord))
+            foot, top = (over(before, before, face, k)[used] for k in (0, 1))
+            levels.append(between(at[used, 2], foot, top, before[used, :2], sizes.chord))
     on_cap = is_cap[region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
     if is_oblique.any():
