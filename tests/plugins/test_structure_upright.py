@@ -405,3 +405,31 @@ def test_posts_with_ribs_and_ears_are_swept(name, handles, off, least, fitted, m
     for each, most_off in ((mesh, off), (moved, 5e-3)):
         assert max(feature.distance for feature in inspect(each, surface).features) < most_off
     assert len(mesh.hexes) < most
+
+
+BLENDS = {
+    "blended": 17280,
+    "mitred": 17280 - (4 - np.pi) * 3**2 / 4 * 8,
+    "cut_edge": 12000 - np.pi * 3**2 * 8,
+}
+
+
+@pytest.mark.parametrize("name", BLENDS)
+def test_roundings_that_meet_others_become_square(name, tmp_path):
+    """All that is left are blocks, one upright rounding and one hole."""
+    surface, _ = read_surface(write(name, tmp_path))
+    part = set_upright(surface, UP)
+    assert measures.volume(part.surface) == pytest.approx(BLENDS[name], rel=5e-4)
+    assert np.ptp(part.surface.vertices, axis=0) == pytest.approx(np.ptp(surface.vertices, axis=0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BLENDS)
+def test_parts_with_roundings_that_meet_are_swept(name, tmp_path):
+    surface, _ = read_surface(write(name, tmp_path))
+    mesh = hexes_of(surface)
+    assert (scaled_jacobian(mesh.vertices, mesh.hexes) < 0).sum() < 5  # left to the fit
+    moved = polycube.mesh(surface, order=["meshing"]).hexes
+    check_fills(moved, surface, 2e-3, 0.4)
+    assert len(moved.hexes) < 3000
+    assert max(feature.distance for feature in inspect(moved, surface).features) < 5e-3

@@ -11,8 +11,10 @@ from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import edges, half_edges
 from polycube.types import TriMesh
 
-BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
 NARROW = 0.5  # smallest width of a face, relative to its mean width, where its profile counts
+BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
+SHALLOW = 0.25  # smallest slope of a face that becomes a wall
+WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
 LEVEL = 1e-2  # largest slope of a curve at constant height
 
 
@@ -150,3 +152,40 @@ def between(
     number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
     arc = lengths(profile)
     return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])
+
+
+def set_upright(
+    at: np.ndarray,
+    before: np.ndarray,
+    face: Leaning,
+    is_wall: np.ndarray,
+    is_cap: np.ndarray,
+    is_straight: bool,
+) -> bool:
+    """Set a face upright or flat in place, and return whether it becomes a wall.
+
+    before : (V, 3) vertices before any face was set
+    is_straight : whether vertices move across a straight border, beyond its ends as well
+    """
+    used, borders = np.unique(face.faces), face.borders
+    heights = [at[border.vertices, 2].mean() for border in borders]
+    size = [lengths(before[border.vertices, :2])[-1] for border in borders]
+    at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
+    if len(borders) == 1 or all(at_wall):
+        at[used, 2] = heights[int(np.argmax(size))]
+        return False
+    base = at_wall.index(True) if any(at_wall) else 0
+    top, foot = borders[1 - base], over(at, before, face, base)
+    run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
+    most = (heights[1] - heights[0]) / SHALLOW
+    if is_loop(top.vertices):
+        most = min(most, WIDE * size[base] / (2 * np.pi))
+    if run > most and at_wall[base] and is_cap[top.beyond].all():
+        at[used, 2] = heights[1 - base]
+        return False
+    if is_straight:
+        along = np.diff(at[borders[base].vertices[[0, -1]], :2], axis=0)
+        along /= np.linalg.norm(along)
+        foot[used] += ((at[used, :2] - foot[used]) @ along.T) * along
+    at[used, :2] = foot[used]
+    return True

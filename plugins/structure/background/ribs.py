@@ -25,7 +25,7 @@ def squared_rib(
     ends = [before[border.vertices].mean(axis=0) for border in face.borders]
     rows = max(2, round(float(np.linalg.norm(ends[1] - ends[0])) / size))
     is_below = triangle_vectors(before[face.faces])[:, 2].sum() < 0
-    return squared_off(at, before, face, int(is_below), chord, False, rows)
+    return squared_off(at, before, face, int(is_below), chord, False, np.zeros(0, int), rows)
 
 
 def is_back(at: np.ndarray, face: Leaning, size: float) -> bool:
@@ -40,35 +40,48 @@ def is_back(at: np.ndarray, face: Leaning, size: float) -> bool:
 
 
 def levelled(
+    number: int,
     surface: TriMesh,
     at: np.ndarray,
-    number: int,
     beyond: np.ndarray,
+    walls: np.ndarray,
     near: float,
     size: float,
     is_cap: np.ndarray,
 ) -> bool:
-    """Move the uneven ends of the back of a rib to constant heights, in place; whether it is one.
+    """Move uneven borders of a face to constant heights, in place; whether it leans between them.
 
-    An end that touches a cap comes to its height.
+    These are the ends of the back of a rib, which come to the height of a cap that they touch, and
+    borders at a cap that are cut by a wall, as by a hole near a rounded edge.
 
-    beyond : (3 F,) the face on the other side of each edge
+    beyond : (3 F,) the face on the other side of each edge; the cap where a border was cut
+    walls : faces that are walls
     is_cap : (F,) whether a triangle is perpendicular to the axis
     """
     own = surface.region == number
-    other, ends = beyond.reshape(-1, 3)[own].ravel(), half_edges(surface.faces[own])
-    before = at[:, 2].copy()
+    sides, ends = np.flatnonzero(np.repeat(own, 3)), half_edges(surface.faces[own])
+    other, before, is_cut = beyond[sides], at[:, 2].copy(), False
     low, high = before[ends].min(), before[ends].max()
-    curves = [ends[other == one] for one in np.setdiff1d(other, [number])]
-    curves = [curve for curve in curves if np.ptp(before[curve]) < UNEVEN * (high - low)]
+    beside = np.setdiff1d(other, [number])
+    curves = [ends[other == one] for one in beside]
+    flat = [curve for curve in curves if np.ptp(before[curve]) < UNEVEN * (high - low)]
     for is_upper in (False, True):
-        used = [c.ravel() for c in curves if (before[c].mean() > (low + high) / 2) == is_upper]
+        used = [c.ravel() for c in flat if (before[c].mean() > (low + high) / 2) == is_upper]
         if used:
             end = np.concatenate(used)
             at_cap = np.isin(end, surface.faces[is_cap])
             at[end, 2] = before[end[at_cap] if at_cap.any() else end].mean()
+    for one, curve in zip(beside, curves, strict=True):
+        vertices, count = np.unique(curve, return_counts=True)
+        tips = vertices[count == 1]
+        caps = surface.region[is_cap & np.isin(surface.faces, tips).any(axis=1)]
+        is_uneven = len(tips) > 0 and np.ptp(before[tips]) < 10 * near < np.ptp(before[curve])
+        off = abs(before[tips[:1], None] - [low, high]).min(initial=np.inf)
+        if one in walls and is_uneven and off < 10 * near:
+            at[curve, 2], is_cut = before[tips].mean(), True
+            beyond[sides[other == one]] = caps[0] if len(caps) else one
     face = leaning(surface, at, beyond, number, near)
-    is_rib = face is not None and is_back(at, face, size)
-    if not is_rib:
-        at[:, 2] = before
-    return is_rib
+    is_found = face is not None and (is_cut or is_back(at, face, size))
+    if not is_found:
+        at[:, 2], beyond[sides] = before, other
+    return is_found

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.surface.arc_length import lengths
 from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
 
@@ -109,6 +111,7 @@ def squared_off(
     base: int,
     chord: float,
     any_sign: bool,
+    blends: np.ndarray,
     rows: int | None = None,
 ) -> SquaredOff | None:
     """Make the rounding of an edge between a wall and a cap square, in place, or the back of a rib.
@@ -121,9 +124,12 @@ def squared_off(
     base : number of its border at the wall
     chord : largest distance of an edge from the rounding
     any_sign : whether the rounding may be concave
+    blends : (B,) vertices of vertex blends, at which the edge between both halves comes over the
+        end of the border at the cap
     rows : number of hexes along each half of the back of a rib if it is plane; None for a rounding
     """
     foot, top = face.borders[base].vertices, face.borders[1 - base].vertices
+    at_blends = [side for side in face.sides if np.isin(side, blends).all()]
     vectors = triangle_vectors(before[face.faces])
     steep = abs(unit(vectors)[:, 2])
     at_foot, at_top = (
@@ -152,15 +158,33 @@ def squared_off(
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
     parts = max((number + 2) // 2, 1 if rows is None else 2 if number else rows)
-    is_split = is_convex and parts > 1  # the column of hexes there is collapsed
+    is_split = (
+        is_convex and parts > 1 and not len(at_blends)
+    )  # the column of hexes there is collapsed
     parts += is_split
     in_plane = np.clip(2 * share - 1, 0, 1)
-    at[used, :2] = outer + in_plane[:, None] * (inner - outer)
-    at[used, 2] = low + np.clip(2 * share, 0, 1) * (high - low)
-    middle = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
+    in_wall, middle = np.clip(2 * share, 0, 1), outer.copy()
+    for side in at_blends:
+        first, last = foot[[0, -1] if foot[-1] in side else [-1, 0]]
+        step = at[last, :2] - at[first, :2]
+        beyond = (at[np.intersect1d(side, top)[0], :2] - at[last, :2]) @ step / (step @ step)
+        part = (outer - at[first, :2]) @ step / (step @ step)
+        middle += beyond * np.multiply.outer(part, step)
+    at[used, :2] = outer + in_wall[:, None] * (middle - outer)
+    at[used, :2] += in_plane[:, None] * (inner - middle)
+    at[used, 2] = low + in_wall * (high - low)
+    for side in face.sides:  # on an upright rounding it is bent
+        path, own = before[side, :2], np.searchsorted(used, side)
+        path = path if side[0] in foot else path[::-1]
+        part, step = lengths(path), unit(path[-1:] - path[:1])
+        if abs(cross(path - path[0], step)).max() > STRAIGHT * part[-1] and not len(at_blends):
+            place = [np.interp(in_plane[own] * part[-1], part, path[:, d]) for d in (0, 1)]
+            at[side, :2] = np.stack(place, axis=1)
+    is_end = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
     rows = parts + is_split  # an even number
-    fine = np.column_stack([at[used[middle], :2], width[middle] / rows])
-    return SquaredOff(upper, np.linspace(low, high, parts + 1)[1:-1], fine, is_split)
+    fine = np.column_stack([at[used[is_end], :2], width[is_end] / rows])
+    levels = np.linspace(low, high, parts + 1)[0 if at_blends else 1 : -1]
+    return SquaredOff(upper, levels, fine, is_split)
 
 
 def round_end(

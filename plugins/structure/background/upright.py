@@ -16,11 +16,11 @@ import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.surface import measures
-from polycube.surface.arc_length import lengths
 from polycube.types import TriMesh
 
+from .blends import blend, squared_blends, upright_roundings
 from .holes import Pairs, holes_across
-from .leaning import Leaning, between, is_loop, leaning, over
+from .leaning import between, leaning, over, set_upright
 from .ribs import levelled, squared_rib
 from .squared import round_end, square, squared_off
 
@@ -29,11 +29,9 @@ if TYPE_CHECKING:
 
 CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
-SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
 FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
 ARCH = 1.05  # largest height of a face between two walls, relative to that between its borders
-WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
 
 
 class Upright(NamedTuple):
@@ -91,28 +89,39 @@ def upright(
     surface = replace(surface, region=region)
     leans = np.setdiff1d(np.intersect1d(leans, region), np.flatnonzero(is_wall)).tolist()
     one, two = pairs
-    beyond = np.empty(surface.faces.size, np.int64)  # the face on the other side of each edge
-    beyond[one], beyond[two] = region[two // 3], region[one // 3]
+    across = np.empty(surface.faces.size, np.int64)  # the triangle on the other side of each edge
+    across[one], across[two] = two // 3, one // 3
+    beyond = region[across]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
     if may_slope:
         on_cap = is_cap[region]
-        given = [n for n in given if not levelled(surface, at, n, beyond, near, sizes.size, on_cap)]
+        walls = np.flatnonzero(is_wall)
+        rest = (surface, at, beyond, walls, near, sizes.size, on_cap)
+        given = [n for n in given if not levelled(n, *rest)]
     flat = _set_flat(surface, at, beyond, given, is_cap) if may_slope else []
     is_cap[flat] = True
-    waiting = {}
+    waiting, blends = {}, []
     for number in set(leans) - set(flat):
-        if (face := leaning(surface, at, beyond, number, near)) is None:
+        face, patch = leaning(surface, at, beyond, number, near), None
+        borders = face.borders if face else ()
+        if face is None or any(len(b.vertices) == 2 and is_wall[b.beyond].all() for b in borders):
+            patch = blend(surface, at, across, number, np.flatnonzero(is_wall), near)
+        if patch is not None:
+            blends.append(patch)
+        elif face is not None:
+            waiting[number] = face
+        else:
             _refuse(surface, number)
-        waiting[number] = face
+    blends += upright_roundings(surface, at, across, blends, waiting, is_wall, near)
+    at_blend = np.unique([v for one in blends for end in one.ends for v in end])
+    last = {n for one in blends for n in one.beside}
     # a concave rounding has better hexes as a whole, but such a corner meets halves only
     has_tip = any(len(b.vertices) == 1 for face in waiting.values() for b in face.borders)
     split: list[tuple[int, int]] = []
     while waiting:
-        # those at walls first, and the largest of them
-        number = max(
-            waiting,
-            key=lambda n: (any(is_wall[b.beyond].all() for b in waiting[n].borders), total[n]),
-        )
+        # those at the ends of blends last, those at walls first, and the largest of them
+        at_wall = {n: any(is_wall[b.beyond].all() for b in waiting[n].borders) for n in waiting}
+        number = max(waiting, key=lambda n: (n not in last, at_wall[n], total[n]))
         face = waiting.pop(number)
         ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
         high = [before[border.vertices, 2].mean() for border in face.borders]
@@ -124,8 +133,8 @@ def upright(
             leans = leans if found is None else [n for n in leans if n != number]
         elif at_walls or sorted(ends) == [(False, True), (True, False)]:
             for base in (0, 1) if at_walls else (ends.index((True, False)),):
-                any_sign = at_walls or has_tip
-                found = found or squared_off(at, before, face, base, sizes.chord, any_sign)
+                signs = at_walls or has_tip
+                found = found or squared_off(at, before, face, base, sizes.chord, signs, at_blend)
         if found is None and may_slope:
             found = squared_rib(at, before, face, sizes.size, sizes.chord)
         if found is not None:
@@ -138,12 +147,21 @@ def upright(
             continue
         if is_arch or min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
-        is_wall[number] = _set(at, before, face, is_wall, is_cap)
+        is_straight = any(number == one.other for one in blends)
+        is_wall[number] = set_upright(at, before, face, is_wall, is_cap, is_straight)
         is_cap[number] = not is_wall[number]
         if is_wall[number]:
             used = np.unique(face.faces)
             foot, top = (over(before, before, face, k)[used] for k in (0, 1))
             levels.append(between(at[used, 2], foot, top, before[used, :2], sizes.chord))
+    if blends:
+        is_changed |= np.isin(region, [one.number for one in blends])
+        part = replace(surface, region=region)
+        squared = squared_blends(part, at, before, blends, leans, sizes)
+        if squared is None:
+            _refuse(surface, blends[0].number)
+        region = squared[0]
+        fine.append(squared[1])
     on_cap = is_cap[region]
     is_oblique = on_cap & (np.ptp(at[surface.faces, 2], axis=1) > 10 * near)
     if is_oblique.any():
@@ -207,30 +225,3 @@ def _refuse(surface: TriMesh, number: int) -> NoReturn:
     raise NoBackgroundError(
         f"a face leans, and has no two borders at constant heights, near {where}"
     )
-
-
-def _set(
-    at: np.ndarray, before: np.ndarray, face: Leaning, is_wall: np.ndarray, is_cap: np.ndarray
-) -> bool:
-    """Set a face upright or flat in place; whether it becomes a wall.
-
-    before : (V, 3) vertices before any face was set
-    """
-    used, borders = np.unique(face.faces), face.borders
-    heights = [at[border.vertices, 2].mean() for border in borders]
-    size = [lengths(before[border.vertices, :2])[-1] for border in borders]
-    at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
-    if len(borders) == 1 or all(at_wall):
-        at[used, 2] = heights[int(np.argmax(size))]
-        return False
-    base = at_wall.index(True) if any(at_wall) else 0
-    top, foot = borders[1 - base], over(at, before, face, base)
-    run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
-    most = (heights[1] - heights[0]) / SHALLOW
-    if is_loop(top.vertices):
-        most = min(most, WIDE * size[base] / (2 * np.pi))
-    if run > most and at_wall[base] and is_cap[top.beyond].all():
-        at[used, 2] = heights[1 - base]
-        return False
-    at[used, :2] = foot[used]
-    return True
