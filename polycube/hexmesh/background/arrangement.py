@@ -93,7 +93,8 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     one, two = end[first[inner]], end[first[inner] + 1]  # 2 line + end
     away = np.where(np.array([one, two]) % 2, -1, 1)[..., None] * step[[one // 2, two // 2]]
     turn = np.full(len(points), np.inf)
-    cosine = -np.einsum("nd,nd->n", *away) / (length[one // 2] * length[two // 2])
+    both = np.maximum(length[one // 2] * length[two // 2], 1e-300)  # equal points may be connected
+    cosine = -np.einsum("nd,nd->n", *away) / both
     turn[inner] = np.arccos(np.clip(cosine, -1, 1))
     chord = np.zeros(len(points))
     chord[inner] = np.minimum(length[one // 2], length[two // 2])
