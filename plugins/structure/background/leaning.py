@@ -11,7 +11,10 @@ from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import edges, half_edges
 from polycube.types import TriMesh
 
-NARROW = 0.5  # smallest width of a face, relative to its mean width, where its profile counts
+NARROW = 0.5  # smallest width of a face, relative to that of its profile, that counts
+QUARTILE = (
+    0.75  # share of the vertices of a face where it is narrower than the width of its profile
+)
 BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
@@ -134,7 +137,7 @@ def between(
 ) -> np.ndarray:
     """(N,) heights that divide the profile of a face evenly, so that its chords are close to it.
 
-    A face that is wider at corners has the profile of its mean width; narrow ends do not count.
+    A face that is wider at corners has the profile of its upper quartile; narrow ends do not count.
 
     heights : (P,) heights of its vertices
     foot, top, at : (P, 2) places over its two borders, and of its vertices
@@ -143,8 +146,9 @@ def between(
     width = np.linalg.norm(top - foot, axis=1)
     profile = np.column_stack([heights, np.linalg.norm(at - foot, axis=1)])
     if profile[:, 1].max() < BULGE * width.max():
-        profile[:, 1] *= width.mean() / np.maximum(width, 1e-300)
-        profile = profile[width > NARROW * width.mean()]
+        wide = np.quantile(width, QUARTILE)
+        profile[:, 1] *= wide / np.maximum(width, 1e-300)
+        profile = profile[width > NARROW * wide]
     profile = profile[profile[:, 0].argsort(kind="stable")]
     low, high = profile[[0, -1]]
     chord = np.broadcast_to(high - low, profile.shape)
