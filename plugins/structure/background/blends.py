@@ -19,7 +19,7 @@ from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import edges, half_edges, triangle_vectors, unit
 from polycube.types import TriMesh
 
-from .leaning import Leaning
+from .leaning import Leaning, divided
 from .squared import STRAIGHT
 
 if TYPE_CHECKING:
@@ -58,10 +58,10 @@ def blend(
     near : distance below which heights are equal
     """
     own = np.flatnonzero(surface.region == number)
-    normals = unit(triangle_vectors(at[surface.faces]))
     ends, there = half_edges(surface.faces[own]), across.reshape(-1, 3)[own].ravel()
     other = surface.region[there]
-    cosine = np.einsum("nd,nd->n", normals[np.repeat(own, 3)], normals[there])
+    normals = (unit(triangle_vectors(at[surface.faces[f]])) for f in (np.repeat(own, 3), there))
+    cosine = np.einsum("nd,nd->n", *normals)
     found: list[tuple[int, np.ndarray, np.ndarray]] = []
     at_wall = []
     for n in np.setdiff1d(other, [number]).tolist():
@@ -164,14 +164,14 @@ def squared_blends(
         lines.append(line)
         turns.append(_coordinates(surface, at, before, one, line, done, share))
     every = np.concatenate([one.faces for one in blends])
-    upper = np.isin(np.arange(len(surface.faces)), _divided(share, surface.faces, every, 0.5))
+    upper = np.isin(np.arange(len(surface.faces)), every[divided(share, surface.faces[every], 0.5)])
     now, region, fine = at.copy(), surface.region.copy(), [np.zeros((0, 3))]
     for one, line, turn in zip(blends, lines, turns, strict=True):
         region[one.faces], outer = one.wall, one.faces[upper[one.faces]]
         knots, kind = _parts(before[one.at_other]), surface.region[one.across[1]]
         region[outer] = kind[0]
         for change in np.flatnonzero(kind[1:] != kind[:-1]) + 1:
-            region[_divided(turn, surface.faces, outer, knots[change])] = kind[change]
+            region[outer[divided(turn, surface.faces[outer], knots[change])]] = kind[change]
         for n in set(one.beside) & done:
             region[region == n] = one.wall
         used = np.unique(surface.faces[one.faces])
@@ -235,16 +235,3 @@ def _on_corner(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
     first, last, off = (np.linalg.norm(points - end, axis=1) for end in ends)
     is_first = first + off - off[0] < last + off - off[-1]
     return 0.5 + 0.5 * np.where(is_first, -off / max(off[0], 1e-300), off / max(off[-1], 1e-300))
-
-
-def _divided(value: np.ndarray, faces: np.ndarray, own: np.ndarray, limit: float) -> np.ndarray:
-    """Triangles in which a value is above a limit in the mean; vertices between are set to it.
-
-    value : (V,) changed in place
-    own : (N,) triangles
-    """
-    is_above = value[faces[own]].mean(axis=1) > limit
-    below, above = np.unique(faces[own[~is_above]]), np.unique(faces[own[is_above]])
-    value[below], value[above] = np.minimum(value[below], limit), np.maximum(value[above], limit)
-    value[np.intersect1d(below, above)] = limit
-    return own[is_above]

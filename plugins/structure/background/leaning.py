@@ -12,9 +12,7 @@ from polycube.surface.measures import edges, half_edges
 from polycube.types import TriMesh
 
 NARROW = 0.5  # smallest width of a face, relative to that of its profile, that counts
-QUARTILE = (
-    0.75  # share of the vertices of a face where it is narrower than the width of its profile
-)
+QUARTILE = 0.75  # share of the vertices of a face where it is narrower than its profile
 BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
@@ -130,6 +128,19 @@ def _is_reversed(at: np.ndarray, face: Leaning, foot: np.ndarray, top: np.ndarra
         areas = [cross(at[b[:-1], :2], at[b[1:], :2]).sum() for b in (foot, top)]
         return bool(np.prod(areas) < 0)
     return not any(foot[0] in side and top[0] in side for side in face.sides)
+
+
+def divided(value: np.ndarray, faces: np.ndarray, limit: float) -> np.ndarray:
+    """(F,) whether a value is above a limit in the mean over triangles.
+
+    value : (V,) at vertices; those between the two kinds are set to the limit, in place, and all
+        others to the side of their triangles
+    """
+    is_above = value[faces].mean(axis=1) > limit
+    below, above = np.unique(faces[~is_above]), np.unique(faces[is_above])
+    value[below], value[above] = np.minimum(value[below], limit), np.maximum(value[above], limit)
+    value[np.intersect1d(below, above)] = limit
+    return is_above
 
 
 def between(

@@ -17,7 +17,7 @@ from polycube.surface.arc_length import lengths
 from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
 
-from .leaning import Leaning, between, over
+from .leaning import Leaning, between, divided, over
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
@@ -150,10 +150,7 @@ def squared_off(
     run = 1 - np.linalg.norm(out, axis=1) / np.linalg.norm(outer - inner, axis=1)
     share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
     share[np.searchsorted(used, foot)], share[np.searchsorted(used, top)] = 0, 1
-    upper = share[faces].mean(axis=1) > 0.5
-    is_upper, is_lower = (np.isin(np.arange(len(used)), faces[half]) for half in (upper, ~upper))
-    share = np.where(is_upper, np.maximum(share, 0.5), np.minimum(share, 0.5))
-    share[is_upper & is_lower] = 0.5
+    upper = divided(share, faces, 0.5)
     number = len(between(before[used, 2], outer, inner, before[used, :2], chord))
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
