@@ -28,6 +28,7 @@ from hydra.core.config_store import ConfigStore
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.plugins.config_source import ConfigSource
+from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.types import RunMode
 from omegaconf import Container, DictConfig, OmegaConf, errors, open_dict
 
@@ -74,10 +75,10 @@ def quote(text: str) -> str:
 
 def literal(value: object) -> str:
     """A value in Hydra's syntax; text is taken literally, as by `quote`."""
-    if value is None or isinstance(value, bool):
-        return json.dumps(value)
-    if isinstance(value, int | float):
-        return repr(value)
+    if value is None:
+        return "null"
+    if isinstance(value, bool | int | float):
+        return str(value).lower()
     if isinstance(value, Mapping):
         return "{" + ",".join(f"{key}:{literal(value[key])}" for key in value) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -96,7 +97,7 @@ def loader() -> ConfigLoader:
     path = ConfigSearchPathImpl()
     path.append("hydra", "pkg://hydra.conf")
     path.append("main", f"file://{HOME / 'conf'}")
-    add_sources(path)
+    PluginConfigs().manipulate_search_path(path)
     path.append("schema", "structured://")
     return ConfigLoaderImpl(path)
 
@@ -106,18 +107,21 @@ def options_of(search: ConfigLoader, group: str) -> list[str]:
     return [name for name in search.get_group_options(group) if not name.startswith("_")]
 
 
-def add_sources(search_path: ConfigSearchPath) -> None:
-    """Append the plugin classes, and the `conf/` folder of every installed plugin package.
+class PluginConfigs(SearchPathPlugin):
+    """Adds the plugin classes and the `conf/` folders of plugin packages to Hydra's search path.
 
     Those of this program come first: a package can add choices, but not replace existing ones.
     """
-    Plugins.instance().register(PluginSource)
-    search_path.append("polycube", f"{PluginSource.scheme()}://plugins")
-    for entry in entry_points(group=GROUP):
-        spec = find_spec(entry.module.partition(".")[0])  # searches without importing
-        for folder in (spec and spec.submodule_search_locations) or []:
-            if (conf := Path(folder) / "conf").is_dir():
-                search_path.append(f"polycube:{entry.name}", f"file://{conf}")
+
+    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+        """Append the sources."""
+        Plugins.instance().register(PluginSource)
+        search_path.append("polycube", f"{PluginSource.scheme()}://plugins")
+        for entry in entry_points(group=GROUP):
+            spec = find_spec(entry.module.partition(".")[0])  # searches without importing
+            for folder in (spec and spec.submodule_search_locations) or []:
+                if (conf := Path(folder) / "conf").is_dir():
+                    search_path.append(f"polycube:{entry.name}", f"file://{conf}")
 
 
 class PluginSource(StructuredConfigSource):
@@ -195,11 +199,8 @@ def _no_option(name: str, parent: Container) -> InputError:
     root.pop("hydra", None)
     known = sorted((known for known, _ in by_name(root)), key=lambda known: known.count("."))
     same = [other for other in known if other.rpartition(".")[2] == last]  # meshing.size for size
-    near = (
-        get_close_matches(name, [f"{group}.{key}" for key in siblings], 1, 0.5)
-        or [other for other in same if other.count(".") == same[0].count(".")]
-        or get_close_matches(name, [*SHORT, *known], 1, 0.5)
-    )
+    shortest = [other for other in same if other.count(".") == same[0].count(".")]
+    near = shortest or get_close_matches(name, [*SHORT, *known], 1, 0.5)
     have = f"{group} has {', '.join(siblings)}" if siblings else "--help lists them"
     return InputError(f"there is no option {name}", remedy=_did_you_mean(near) + have)
 

@@ -14,19 +14,17 @@ from pathlib import Path
 
 import hydra
 from hydra._internal.utils import get_args_parser
-from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException
 from hydra.experimental.callback import Callback
-from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from polycube import HOME
-from polycube.config import SHORT, add_sources, plain, quote, refusal
+from polycube.config import SHORT, PluginConfigs, plain, quote, refusal
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
@@ -37,13 +35,6 @@ OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
 _locks = ExitStack()  # of the folder of a multirun, until the end of the process
 atexit.register(_locks.close)
-
-
-class PluginConfigs(SearchPathPlugin):
-    """Adds the plugin classes and the configuration of plugin packages to Hydra's search path."""
-
-    def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        add_sources(search_path)
 
 
 Plugins.instance().register(PluginConfigs)

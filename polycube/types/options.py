@@ -93,17 +93,11 @@ def kinds(cls: type) -> Mapping[str, Any]:
     return found
 
 
-@cache
-def conditions(cls: type) -> Mapping[str, Such]:
-    """The conditions on the fields of a class."""
-    return {name: condition(kind) for name, kind in kinds(cls).items()}
-
-
 def check_options(cls: type, values: Mapping[str, object], group: str = "") -> None:
     """Raise InputError for the first value that the type of its field does not admit."""
-    for name, such in conditions(cls).items():
+    for name, kind in kinds(cls).items():
         if name in values:
-            require(group + name, such, values[name])
+            require(group + name, condition(kind), values[name])
 
 
 class Options:
