@@ -81,7 +81,8 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
     """Closed, oriented surface of a solid with its CAD faces, and warnings; raises InputError."""
     if options.groups == "layer" and path.suffix.lower() not in STEP:
         raise InputError("cad.groups=layer is for STEP files; use name, colour or none")
-    found = _tessellated(path, options)
+    output, errors, way = _tessellated(path, options)
+    found = _chosen(_arrays(path, output, errors), options.solid, gmsh_unit(path))
     unit = file_unit(path)
     factor = gmsh_lengths(path)
     surface, notes = clean(found["vertices"] / factor, found["faces"])
@@ -103,7 +104,7 @@ def read_cad(path: Path, options: Cad) -> tuple[TriMesh, list[str]]:
             notes.append("the file is not UTF-8; its names were read as ISO 8859-1")
     if gap := _gap(found, gmsh_unit(path)):
         notes.append(f"faces were sewn to a solid over {gap}")
-    if found["way"] != WAYS[0]:
+    if way != WAYS[0]:
         note = f"there is no closed surface with cad.segments={options.segments}"
         notes.append(f"{note}; triangles on curved faces are larger")
     if found["segments"] < options.segments:
@@ -146,13 +147,11 @@ def _regions(
     )
 
 
-def _tessellated(path: Path, options: Cad) -> dict[str, np.ndarray]:
-    """Arrays of Gmsh: volume (one number), vertices, faces, and those of `cad_worker`."""
-    check_complete(path)
-    output, errors, way = _worked(path, options)
+def _arrays(path: Path, output: bytes | None, errors: str) -> dict[str, np.ndarray]:
+    """The arrays that `cad_worker` wrote; raises InputError with the reason if there are none."""
     if output is not None:
         with np.load(BytesIO(output)) as arrays:
-            return _chosen(dict(arrays), options.solid, gmsh_unit(path)) | {"way": np.array(way)}
+            return dict(arrays)
     check_gmsh(errors)
     if REFUSED in errors:
         raise InputError(errors.rpartition(REFUSED)[2].strip())
@@ -168,11 +167,12 @@ def check_gmsh(errors: str) -> None:
         raise InputError(f"CAD files need gmsh, which cannot be loaded ({reason}); {INSTALL}")
 
 
-def _worked(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
+def _tessellated(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     """Output and errors of the first way of tessellation that ends with a closed surface.
 
     The last is the name of the way. Without a closed surface, the first open one is returned.
     """
+    check_complete(path)
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
     unit = resolved(options.units, file_unit(path))
     remove = options.remove.in_unit(unit, gmsh_lengths(path))
