@@ -25,6 +25,7 @@ from hydra._internal.core_plugins.structured_config_source import StructuredConf
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.config_store import ConfigStore
+from hydra.core.override_parser.types import Quote, QuotedString
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.plugins.config_source import ConfigSource
@@ -69,8 +70,7 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
 def quote(text: str) -> str:
     """Text as a string of Hydra that is taken literally, without interpolation."""
     text = re.sub(r"(\\*)\$\{", lambda found: 2 * found[1] + "\\${", text)
-    text = re.sub(r"(\\*)'", lambda found: 2 * found[1] + "\\'", text)
-    return "'" + re.sub(r"(\\*)\Z", lambda found: 2 * found[1], text) + "'"
+    return QuotedString(text, Quote.single).with_quotes()
 
 
 def literal(value: object) -> str:

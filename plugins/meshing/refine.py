@@ -67,8 +67,7 @@ class Split(Options):
         from polycube.hexmesh.inspection import inspect
 
         if wanted is not None:
-            apart = inspect(hexes, surface).deviation
-            reached = max(apart.to_mesh.p99, apart.to_surface.p99)
+            reached = inspect(hexes, surface).deviation.p99
             if reached > wanted:
                 limit = f"not within the deviation {wanted:.2%}"
                 return f"99 % of points are within {reached:.2%} of the diagonal, {limit}"

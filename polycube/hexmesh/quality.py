@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polycube.hexmesh.connectivity import unique_rows
 from polycube.surface import closest
 from polycube.surface.fit_target import Target, target
-from polycube.surface.measures import half_edges
+from polycube.surface.measures import edges
 from polycube.types import HexMesh, TriMesh
 
 _GRID = np.array([1, 3, 5]) / 6
@@ -141,5 +140,4 @@ def creases_to_edges(mesh: HexMesh, surface: TriMesh) -> float:
 
 def boundary_edges(mesh: HexMesh, goal: Target) -> np.ndarray:
     """(E, 2, 3) ends of the edges of the boundary quads, at unit scale."""
-    sides = unique_rows(np.sort(half_edges(mesh.quads), axis=1))[0]
-    return goal.to_unit(mesh.vertices)[sides]
+    return goal.to_unit(mesh.vertices)[edges(mesh.quads)[0]]

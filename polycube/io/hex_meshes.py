@@ -19,7 +19,7 @@ from polycube.io.access.reading import reading
 from polycube.io.decks import read_deck
 from polycube.io.foreign.process import parsed
 from polycube.surface.checks import check_surface
-from polycube.surface.measures import connected, diagonal
+from polycube.surface.measures import connected, diagonal, unit
 from polycube.types import HexMesh, TriMesh
 
 logger = logging.getLogger(__name__)
@@ -189,8 +189,7 @@ def patches(mesh: HexMesh, angle: float = SHARP) -> np.ndarray:
     """(Q,) parts of the boundary between edges that turn by more than `angle` radians."""
     _, pair = connectivity.quad_edges(mesh.quads)
     corners = mesh.vertices[mesh.quads]
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    normals = unit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
     turn = np.einsum("ed,ed->e", normals[pair[:, 0]], normals[pair[:, 1]])
     smooth = pair[turn >= np.cos(angle)]
     return connected(smooth[:, 0], smooth[:, 1], len(mesh.quads))
