@@ -22,6 +22,7 @@ from types import ModuleType
 from typing import Any
 
 from polycube.errors import BadOption, UnknownPlugin
+from polycube.hexmesh.settings import MeshingSettings
 from polycube.kinds import KINDS
 from polycube.types.options import check_options
 
@@ -57,12 +58,14 @@ def register(kind: str, name: str) -> Callable[[type], type]:
     return add
 
 
-def setting(name: str, default: object) -> Any:
+def setting(name: str, default: object = MISSING) -> Any:
     """Declare an option whose default is a setting of the run.
 
     name : name of the setting, such as "seed" or "meshing.size"
-    default : value if the configuration does not have the setting
+    default : value if the configuration does not have the setting; may be omitted for `meshing.*`
     """
+    if default is MISSING:
+        default = getattr(MeshingSettings, name.removeprefix("meshing."))
     return field(default=default, metadata={"setting": name})
 
 

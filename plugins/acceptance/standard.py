@@ -10,7 +10,7 @@ import numpy as np
 
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import MeshingSettings, creases_of
+from polycube.hexmesh.settings import creases_of
 from polycube.kinds import Acceptance
 from polycube.registry import register, setting
 from polycube.surface.measures import diagonal
@@ -53,11 +53,9 @@ class Standard(Options, Goal, Acceptance):
     """
 
     certify: Literal["everywhere", "corners"] = "everywhere"
-    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
-    deviation: sizing.Length | None = setting("meshing.deviation", MeshingSettings.deviation)
-    creases: sizing.Length | Literal["auto"] | None = setting(
-        "meshing.creases", MeshingSettings.creases
-    )
+    at: Sequence[object] = setting("meshing.at")
+    deviation: sizing.Length | None = setting("meshing.deviation")
+    creases: sizing.Length | Literal["auto"] | None = setting("meshing.creases")
 
     def __call__(self, hexes: HexMesh, surface: TriMesh) -> Verdict:
         """Judge a mesh; see `polycube.types.Verdict`."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from polycube.hexmesh.settings import Features, MeshingSettings, features_of
+from polycube.hexmesh.settings import Features, features_of
 from polycube.registry import register, setting
 from polycube.types import Goal, HexMesh, TriMesh
 from polycube.types.options import Options, Share, limits
@@ -32,7 +32,7 @@ class Sheets(Options):
     aim: Share = Goal.weak_jacobian
     further: Share = 0.55
     envelope: Annotated[float, limits(0, Goal.features)] = 0.002
-    features: Features = setting("meshing.features", MeshingSettings.features)
+    features: Features = setting("meshing.features")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The mesh with fewer poor hexes; the same object if there is no improvement."""

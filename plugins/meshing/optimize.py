@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 
-from polycube.hexmesh.settings import Features, MeshingSettings, features_of
+from polycube.hexmesh.settings import Features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 from polycube.types.options import Options
@@ -31,7 +31,7 @@ class Polish(Options):
     samples : number of points of the surface that are matched with the mesh
     """
 
-    features: Features = setting("meshing.features", MeshingSettings.features)
+    features: Features = setting("meshing.features")
     hold: bool = False
     free_below: float = 0.5
     release: bool = False

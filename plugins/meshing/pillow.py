@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from polycube.hexmesh.settings import Features, MeshingSettings, features_of
+from polycube.hexmesh.settings import Features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 from polycube.types.options import Options
@@ -46,7 +46,7 @@ class Selective(Options):
     depth: float = 0.5
     rounds: int = 10
     iterations: int = 25
-    features: Features = setting("meshing.features", MeshingSettings.features)
+    features: Features = setting("meshing.features")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The hexes with the layer, or the same mesh if no patch needs one."""

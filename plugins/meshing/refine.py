@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 from polycube.hexmesh.generation import sizing
-from polycube.hexmesh.settings import Features, MeshingSettings, features_of
+from polycube.hexmesh.settings import Features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 from polycube.types.options import Count, Options, limits
@@ -31,10 +31,10 @@ class Split(Options):
     """
 
     times: Annotated[int, limits(0)] = 0
-    deviation: sizing.Length | None = setting("meshing.deviation", MeshingSettings.deviation)
+    deviation: sizing.Length | None = setting("meshing.deviation")
     most: Annotated[int, limits(0)] = 2
-    features: Features = setting("meshing.features", MeshingSettings.features)
-    max_hexes: Count = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    features: Features = setting("meshing.features")
+    max_hexes: Count = setting("meshing.max_hexes")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The refined mesh, or the given one if no refinement is requested or none is good."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from polycube.hexmesh.settings import Features, MeshingSettings, features_of
+from polycube.hexmesh.settings import Features, features_of
 from polycube.registry import register, setting
 from polycube.types import HexMesh, TriMesh
 from polycube.types.options import Options
@@ -43,7 +43,7 @@ class Register(Options):
     iterations: int = 25
     samples: int = 2500
     coverage: float = 0.5
-    features: Features = setting("meshing.features", MeshingSettings.features)
+    features: Features = setting("meshing.features")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:
         """The same hexes, close to the surface; at their places if `rounds` is 0."""

@@ -13,7 +13,6 @@ import numpy as np
 from polycube.hexmesh import settings
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import MeshingSettings
 from polycube.registry import register, setting
 from polycube.surface.measures import diagonal
 from polycube.types import HexMesh, Polycube, RoughMap, TriMesh
@@ -63,26 +62,22 @@ class Template(Options):
     around_hole : smallest number of edges round every hole, before layers under the boundary
     """
 
-    size: sizing.Length = setting("meshing.size", MeshingSettings.size)
-    level: Annotated[int, limits(0, DEEPEST)] | None = setting(
-        "meshing.level", MeshingSettings.level
-    )
-    regions: Sequence[object] = setting("meshing.regions", MeshingSettings.regions)
-    curvature: sizing.Length | Literal["auto"] | None = setting(
-        "meshing.curvature", MeshingSettings.curvature
-    )
+    size: sizing.Length = setting("meshing.size")
+    level: Annotated[int, limits(0, DEEPEST)] | None = setting("meshing.level")
+    regions: Sequence[object] = setting("meshing.regions")
+    curvature: sizing.Length | Literal["auto"] | None = setting("meshing.curvature")
     finer: Positive = 1.0
     coarse: sizing.Length = "5%"
     least: Count = 2
     across: Count = 4
-    max_hexes: Count = setting("meshing.max_hexes", MeshingSettings.max_hexes)
-    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
+    max_hexes: Count = setting("meshing.max_hexes")
+    at: Sequence[object] = setting("meshing.at")
     more: Sequence[int] = ()
     creases: sizing.Length | None = None
-    features: settings.Features = setting("meshing.features", MeshingSettings.features)
+    features: settings.Features = setting("meshing.features")
     coarsen: bool = False
-    across_wall: settings.AcrossWall = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: settings.AroundHole = setting("meshing.around_hole", MeshingSettings.around_hole)
+    across_wall: settings.AcrossWall = setting("meshing.across_wall")
+    around_hole: settings.AroundHole = setting("meshing.around_hole")
 
     def __call__(
         self,

@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import MeshingSettings, least_around
+from polycube.hexmesh.settings import least_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import OnGrid, full_cell
@@ -61,17 +61,17 @@ class Overlay(OnGrid, Structure):
     tier = Tier.FINE
     any_grid = True
 
-    size: float | str = setting("meshing.size", MeshingSettings.size)
+    size: float | str = setting("meshing.size")
     finer: Sequence[float] = (2.0, 3.3)
     finest: float = 5.0
     most: int = 40_000
-    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
-    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
+    across_wall: float = setting("meshing.across_wall")
+    around_hole: float | str = setting("meshing.around_hole")
+    at: Sequence[object] = setting("meshing.at")
     steps: Sequence[float] = (1.0, 1.15, 1.3, 1.6, 2.0)
     least: Sequence[float] = (0.5, 0.35, 0.65)
     thin: Sequence[float] = (0.2, 0.05)
-    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    max_hexes: int = setting("meshing.max_hexes")
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """Candidates, the coarsest first, or as fine as `at` requires.
