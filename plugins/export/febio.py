@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from polycube.analysis.problem import Statics
 from polycube.registry import register
 from polycube.types import HexMesh
+from polycube.types.options import Such
 
 from .format import TextFormat, WithNodes, WithProblem
 from .groups import blocks, legend, node_sets, primitive_sets, renamed, side_sets
@@ -30,10 +31,7 @@ class Febio(WithNodes, WithProblem, TextFormat):
     step : also write material, supports and loads of `analysis`; false: only mesh and sets
     """
 
-    def __post_init__(self) -> None:
-        if self.nodes not in (8, 20):
-            raise ValueError(f"nodes must be 8 or 20; got {self.nodes!r}")
-        WithProblem.__post_init__(self)
+    nodes: Annotated[int, Such((8, 20).__contains__, "8 or 20")] = 8
 
     suffix: ClassVar[str] = ".feb"
     lacks: ClassVar[tuple[str, ...]] = (*WithProblem.lacks, "varying_loads")

@@ -6,12 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from polycube.errors import InputError
 from polycube.io.atomic import write_parts
 from polycube.registry import BY_RUN
 from polycube.types import HexMesh, Spline
+from polycube.types.options import Such
 
 if TYPE_CHECKING:
     from polycube.analysis.problem import Problem
@@ -47,13 +48,8 @@ class WithNodes:
         is one
     """
 
-    nodes: int = 8
+    nodes: Annotated[int, Such((8, 20, 27).__contains__, "8, 20 or 27")] = 8
     spline: Spline | None = field(default=None, metadata=BY_RUN)
-
-    def __post_init__(self) -> None:
-        from polycube.spline.second_order import check_nodes
-
-        check_nodes(self.nodes)
 
     def elements(self, hexes: HexMesh) -> HexElements:
         """The hexes with all their nodes."""

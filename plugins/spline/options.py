@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from polycube.registry import BY_RUN, setting
 from polycube.spline.fit import Fit
 from polycube.spline.spaces.selection import Refinement
 from polycube.types.checks import options_of
+from polycube.types.options import limits
+
+Angle = Annotated[float, limits(0, 180, is_open=True)]
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,8 @@ class SplineOptions:
     """
 
     sharp: str | list[list[int]] = "auto"
-    angle: float = 45.0
-    cad_angle: float = 10.0
+    angle: Angle = 45.0
+    cad_angle: Angle = 10.0
     single_hex_edges: bool = True
     held: Sequence[object] = setting("analysis.fixed", ())
     cyclic: Mapping[str, object] | None = setting("analysis.cyclic", None)
@@ -58,9 +62,6 @@ class SplineOptions:
         from polycube.analysis.boundary_sets import check_place
         from polycube.analysis.supports import split
 
-        for name in ("angle", "cad_angle"):
-            if not 0 < getattr(self, name) < 180:
-                raise ValueError(f"{name} must lie in (0, 180) degrees; got {getattr(self, name)}")
         if not isinstance(self.sharp, str):
             if not all(np.shape(edge) == (2,) for edge in self.sharp):
                 raise ValueError(f"sharp edges must be pairs of vertices; got {self.sharp}")

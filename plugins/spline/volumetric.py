@@ -12,6 +12,7 @@ from polycube.analysis.supports import prescribed, supports
 from polycube.errors import MeshingError
 from polycube.registry import BY_RUN, register, setting
 from polycube.types import HexMesh, Modes, Solution, Spline, TriMesh
+from polycube.types.options import Positive
 
 from .options import SplineOptions
 
@@ -98,14 +99,9 @@ class Auto(SplineOptions):
 
     references: ClassVar[tuple[str, ...]] = (*H2S.references, *Optimal.references)
 
-    error: float = 0.04
+    error: Positive = 0.04
     solves: str | None = setting("analysis.plugin", None)
     analysis: Callable[[Spline], Solution] | None = field(default=None, metadata=BY_RUN)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.error > 0:
-            raise ValueError(f"error must be positive; got {self.error}")
 
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> Spline | tuple[Spline, Solution]:
         """The spline of the chosen space, and the solution if it was computed on this spline."""

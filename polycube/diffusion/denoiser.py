@@ -14,7 +14,7 @@ from polycube.diffusion.encoding import by_x, learning_frame, to_pixels, to_poin
 from polycube.diffusion.point_network import ContextClassifier
 from polycube.diffusion.process import DiffusionProcess, Predict
 from polycube.types import Frame
-from polycube.types.options import Options
+from polycube.types.options import Options, Positive
 
 # (predict, x_T, process, generator) -> x_0 (B, 3, h, w) and the recorded states (S, B, 3, h, w)
 Sampler = Callable[[Predict, Tensor, DiffusionProcess, torch.Generator], tuple[Tensor, Tensor]]
@@ -50,7 +50,7 @@ class DenoiserOptions(Options):
     normals: bool = True  # its unit normals as three more channels
     labels: bool = True  # also predict the polycube face of each point: axis, cell, wall
     classifier: bool = True  # a second network predicts the context; needs a grid
-    noise_scale: float = 0.25  # s, in units of the learning frame; 1 in the paper
+    noise_scale: Positive = 0.25  # s, in units of the learning frame; 1 in the paper
     # as published: a geometry fills the box of its cells, and the pixels of empty cells are zeros
     pads: bool = False
 

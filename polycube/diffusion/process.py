@@ -30,8 +30,6 @@ class DiffusionProcess:
             raise ValueError(f"alpha_bar must start at 1 and be positive; got {alpha_bar}")
         if not (np.diff(alpha_bar) < 0).all():
             raise ValueError("alpha_bar must decrease in every step")
-        if noise_scale <= 0:
-            raise ValueError(f"noise_scale must be positive; got {noise_scale}")
         alpha = np.append(1.0, alpha_bar[1:] / alpha_bar[:-1])
         drift = np.zeros_like(alpha)
         for t in range(1, len(alpha)):

@@ -17,7 +17,6 @@ from polycube.types import HexMesh, Spline
 
 logger = logging.getLogger(__name__)
 
-NODES = (8, 20, 27)  # permitted numbers of nodes of a hex
 CHUNK = 250  # hexes in a batch
 
 # ends of the edges in the order of their nodes, 8 to 19; the faces follow in that of FACES
@@ -90,15 +89,13 @@ class HexElements:
 
 
 def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElements:
-    """The hexes of a mesh with a given number of nodes.
+    """The hexes of a mesh with 8, 20 or 27 nodes.
 
     Hexes of 8 nodes are the mesh itself. For 20 and 27, all nodes including the corners are points
     of the spline, or of the trilinear hexes without a spline. det J of every hex is certified
     positive: if it is not, the nodes between its corners are moved to straight edges, also for the
-    neighbours. Hexes with elements of several levels are straight. Raises ValueError unless `nodes`
-    is 8, 20 or 27.
+    neighbours. Hexes with elements of several levels are straight.
     """
-    check_nodes(nodes)
     if nodes == 8:
         return HexElements(mesh.vertices, mesh.hexes, mesh.quads)
     numbers, quads = _numbered(mesh, nodes)
@@ -126,12 +123,6 @@ def hex_elements(mesh: HexMesh, spline: Spline | None, nodes: int) -> HexElement
     found = HexElements(points, numbers, quads, int(straightened.sum()), int((~is_positive).sum()))
     _log(found, spline)
     return found
-
-
-def check_nodes(nodes: object) -> None:
-    """Raise ValueError unless it is a permitted number of nodes."""
-    if nodes not in NODES:
-        raise ValueError(f"nodes must be 8, 20 or 27, those of a hex; got {nodes!r}")
 
 
 def positive(points: np.ndarray, hexes: np.ndarray) -> np.ndarray:

@@ -115,7 +115,7 @@ def test_logs_the_deciding_quantities(caplog):
             {"sharp": "manual"},
             "sharp must be auto, none, a list of edges or a file of edges; got 'manual'",
         ),
-        ({"angle": 0}, r"angle must lie in \(0, 180\) degrees; got 0"),
+        ({"angle": 0}, "angle must be a number, above 0 and below 180; got 0"),
         ({"angle": 180}, "got 180"),
     ],
 )

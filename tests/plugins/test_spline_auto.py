@@ -112,7 +112,7 @@ def test_the_tolerance_decides():
     mesh = hex_box((4, 4, 4))
     plain, larger = (spline_of(mesh, "auto", error=error) for error in (0.5, 1e-4))
     assert len(plain.control) == len(mesh.vertices) < len(larger.control)
-    with pytest.raises(BadOption, match="error must be positive"):
+    with pytest.raises(BadOption, match="error must be a number, above 0"):
         build("spline", {"plugin": "auto", "error": 0.0})
 
 

@@ -163,11 +163,9 @@ def test_a_folded_hex_gets_straight_edges_and_the_mesh_is_conforming(nodes) -> N
     np.testing.assert_array_equal(found.points[kept], curved.points[kept])
 
 
-def test_an_invalid_number_of_nodes_is_refused() -> None:
+def test_8_nodes_are_those_of_the_mesh() -> None:
     mesh = hex_box((1, 1, 1))
     assert hex_elements(mesh, None, 8).hexes is mesh.hexes
-    with pytest.raises(ValueError, match="nodes must be 8, 20 or 27"):
-        hex_elements(mesh, None, 10)
 
 
 def test_parameters_are_those_of_vtk() -> None:

@@ -23,8 +23,6 @@ def counts(
     least : smallest number of parts of one lattice interval
     across : smallest number of parts along each axis of the whole lattice
     """
-    if size <= 0:
-        raise ValueError(f"size must be a positive length; got {size}")
     found = []
     for axis in range(3):
         length = interval_lengths(polycube, rough_map, axis)

@@ -59,8 +59,3 @@ def test_cells_are_numbered_x_slowest():
     mesh = cut(bar(), 0.25)
     middle = mesh.vertices[mesh.hexes].mean(axis=1)
     assert np.array_equal(mesh.cell, middle[:, 0] > 1)
-
-
-def test_size_must_be_positive():
-    with pytest.raises(ValueError, match="size must be a positive length; got 0"):
-        cut(bar(), 0)

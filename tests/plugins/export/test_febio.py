@@ -68,7 +68,7 @@ def test_conduction_has_no_elastic_material(mesh, tmp_path) -> None:
 
 
 def test_27_nodes_are_refused() -> None:
-    with pytest.raises(ValueError, match="nodes must be 8 or 20; got 27"):
+    with pytest.raises(ValueError, match="nodes must be a whole number, 8 or 20; got 27"):
         build("export", {"plugin": "febio", "nodes": 27})
 
 
