@@ -164,6 +164,8 @@ def test_wrong_options_and_contexts_are_refused(denoiser: Denoiser) -> None:
         ValueError, match=r"denoiser\.target must be one of x0, noise, v, move; got 'mean'"
     ):
         DenoiserOptions(target="mean")
+    with pytest.raises(ValueError, match="noise_scale must be a number, above 0"):
+        DenoiserOptions(noise_scale=0.0)
     with pytest.raises(LookupError, match="no primitive named 'cone'"):
         denoiser.vectors([("cone", None)])
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import MeshingSettings, curvature_of, features_of, least_around
+from polycube.hexmesh.settings import curvature_of, features_of, least_around
 from polycube.kinds import Structure
 from polycube.registry import setting
 from polycube.structure.primitives import OnGrid, full_cell
@@ -52,14 +52,14 @@ class ColumnStructure(OnGrid, Structure):
     tier = Tier.EXACT
     any_grid = True
 
-    size: float | str = setting("meshing.size", MeshingSettings.size)
-    curvature: float | str | None = setting("meshing.curvature", MeshingSettings.curvature)
-    features: str = setting("meshing.features", MeshingSettings.features)
-    across_wall: float = setting("meshing.across_wall", MeshingSettings.across_wall)
-    around_hole: float | str = setting("meshing.around_hole", MeshingSettings.around_hole)
-    at: Sequence[object] = setting("meshing.at", MeshingSettings.at)
-    level: int | None = setting("meshing.level", MeshingSettings.level)
-    max_hexes: int = setting("meshing.max_hexes", MeshingSettings.max_hexes)
+    size: float | str = setting("meshing.size")
+    curvature: float | str | None = setting("meshing.curvature")
+    features: str = setting("meshing.features")
+    across_wall: float = setting("meshing.across_wall")
+    around_hole: float | str = setting("meshing.around_hole")
+    at: Sequence[object] = setting("meshing.at")
+    level: int | None = setting("meshing.level")
+    max_hexes: int = setting("meshing.max_hexes")
 
     def __call__(self, surface: TriMesh, candidates: tuple[Candidate, ...]) -> list[Candidate]:
         """One candidate with hexes; none if the part has no such section, or good hexes already."""
