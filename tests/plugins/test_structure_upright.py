@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import polycube
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.columns import columns as layered
 from polycube.hexmesh.background.curves import Sizes
+from polycube.hexmesh.background.section import DETAILS, section_of
 from polycube.hexmesh.connectivity import check_conforming, genus
 from polycube.hexmesh.generation.requests import requests_of
 from polycube.hexmesh.generation.requests_met import missing
@@ -19,6 +21,7 @@ from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.leaning import between
+from polycube.plugins.structure.background.moved_back import moved_back
 from polycube.plugins.structure.background.stack import stack
 from polycube.plugins.structure.background.upright import Upright, upright
 from polycube.surface import measures
@@ -174,6 +177,17 @@ def test_levels_divide_the_profile_of_a_face_evenly():
         at = np.stack([run * top / width, run * 0], axis=1)
         levels = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, 0.1)
         assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02)
+
+
+@pytest.mark.parametrize("share", [0.0, *DETAILS])
+def test_vertices_at_merged_details_move_with_their_face(share):
+    part, straight = stack(COUNTERSUNK, SIZES, UP)
+    flat, part, full = section_of(straight.surface, part, SIZES)
+    mesh = layered(flat, part, full, np.ones(len(part.levels) - 1, int))
+    places, off = mesh.vertices.copy(), share * measures.diagonal(COUNTERSUNK)
+    places[places[:, 2] > 2.9, 2] += off
+    moved = moved_back(replace(mesh, vertices=places), straight, COUNTERSUNK).vertices
+    assert moved == pytest.approx(moved_back(mesh, straight, COUNTERSUNK).vertices, abs=1.01 * off)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.section import DETAILS
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.connectivity import CORNERS, EDGES, edges, genus, hex_mesh, quad_edges
 from polycube.hexmesh.quality import volume
@@ -21,6 +22,7 @@ from .upright import Upright
 INVERTED = 0.02  # largest share of inverted hexes, which the fit can still unfold
 FILLED = 0.1  # largest relative difference of the volumes
 ON = 1e-3  # of the diagonal: distance within which a vertex is on a face or curve
+MERGED = 1.1 * max(DETAILS)  # the same if its quads are at the face or curve: details are merged
 # smallest distance of a row of vertices from the border of a rounding, relative to that from the
 # edge at half its turn, so that at least two rows are left
 LAST = 1.2
@@ -34,25 +36,29 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
 
     Raises NoBackgroundError if the topology or the volume is wrong, or if many hexes are inverted.
     """
-    near = ON * diagonal(surface)
+    near, merged = ON * diagonal(surface), MERGED * diagonal(surface)
     if len(straight.split):
         mesh = _split(mesh, straight, near)
     x, outer = mesh.vertices, np.unique(mesh.quads)
+    region, (rims, pair) = _regions(mesh, straight.surface), quad_edges(mesh.quads)
+    rim = rims[region[pair[:, 0]] != region[pair[:, 1]]]
+    at_face = np.isin(region, straight.surface.region[straight.is_changed])
+    own, limit = np.full(len(x), near), np.full(len(x), near)
+    own[mesh.quads[at_face]], limit[rim] = merged, merged
     places, faces = straight.surface.vertices, surface.faces[straight.is_changed]
     shift = (surface.vertices - places)[faces]
     at, face, weight = closest.closest(closest.tree(places[faces]), x[outer])
-    on_face = np.linalg.norm(at - x[outer], axis=1) < near
+    on_face = np.linalg.norm(at - x[outer], axis=1) < own[outer]
     found = np.zeros_like(x)
     found[outer[on_face]] = np.einsum("nk,nkd->nd", weight, shift[face])[on_face]
-    rims = quad_edges(mesh.quads)[0]
-    along, on_curve, on_corner = _on_curves(x, outer, rims, straight.surface, near)
+    along, on_curve, on_corner = _on_curves(x, outer, rims, straight.surface, limit)
     is_given = np.zeros(len(x), bool)
     is_given[outer[on_face]] = True
     curve = connected(along[:, 0], along[:, 1], len(x))
     slides = on_curve & ~on_corner & ~is_given & np.isin(curve, curve[is_given])
     found = harmonic(x, along, np.flatnonzero(slides), found)
     found = harmonic(x, rims, np.setdiff1d(outer, np.flatnonzero(on_curve | is_given)), found)
-    found += _unfolding(x + found, mesh, straight.surface)
+    found += _unfolding(x + found, mesh.quads, region, rim, near)
     vertices = x + harmonic(x, edges(mesh.hexes), np.setdiff1d(np.arange(len(x)), outer), found)
     mesh = replace(mesh, vertices=vertices)
     is_inverted = scaled_jacobian(vertices, mesh.hexes) < 0
@@ -65,18 +71,20 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     return mesh
 
 
-def _regions(x: np.ndarray, quads: np.ndarray, surface: TriMesh) -> np.ndarray:
+def _regions(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     """(Q,) the face of a surface at the middle of each quad."""
     tree = closest.tree(surface.vertices[surface.faces])
-    return surface.region[closest.closest(tree, x[quads].mean(axis=1))[1]]
+    return surface.region[closest.closest(tree, mesh.vertices[mesh.quads].mean(axis=1))[1]]
 
 
-def _unfolding(moved: np.ndarray, mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """Shifts (V, 3) of moved vertices, smoothed in planes of a surface that have folded quads."""
-    quads, shift, near = mesh.quads, np.zeros_like(moved), ON * diagonal(surface)
-    region = _regions(mesh.vertices, quads, surface)
-    sides, pair = quad_edges(quads)
-    rim = sides[region[pair[:, 0]] != region[pair[:, 1]]]
+def _unfolding(
+    moved: np.ndarray, quads: np.ndarray, region: np.ndarray, rim: np.ndarray, near: float
+) -> np.ndarray:
+    """Shifts (V, 3) of moved vertices, smoothed in planes that have folded quads.
+
+    region, rim : the face (Q,) of each quad, and the edges (E, 2) between quads of two faces
+    """
+    shift = np.zeros_like(moved)
     for number in np.unique(region):
         used, own = np.unique(quads[region == number], return_inverse=True)
         own, place = own.reshape(-1, 4), moved[used] - moved[used].mean(axis=0)
@@ -95,7 +103,7 @@ def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
     """Let two hexes meet where a rounding leaves the wall for the plane, if it has rows enough."""
     surface = straight.surface
     places, faces = surface.vertices, surface.faces
-    region = _regions(mesh.vertices, mesh.quads, surface)
+    region = _regions(mesh, surface)
     sides, pair = quad_edges(mesh.quads)
     known = {tuple(each) for each in straight.split.tolist()}
     own = [(a, b) in known or (b, a) in known for a, b in region[pair].tolist()]
@@ -118,24 +126,25 @@ def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
 
 
 def _on_curves(
-    x: np.ndarray, outer: np.ndarray, rims: np.ndarray, surface: TriMesh, near: float
+    x: np.ndarray, outer: np.ndarray, rims: np.ndarray, surface: TriMesh, near: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges (E, 2) of a mesh along curves of a surface, and whether vertices are on curves (V,) and
     on corners (V,).
 
     outer, rims : vertices (N,) and edges (E, 2) of the boundary
+    near : (V,) largest distance of each vertex from a curve or corner on which it is
     """
     ends = half_edges(surface.faces)[between_faces(surface)[0]]
     a, b = np.moveaxis(surface.vertices[ends], 1, 0)
     tree = closest.tree(np.stack([a, b, b], axis=1))
     on_curve = np.zeros(len(x), bool)
-    on_curve[outer] = closest.distance(tree, x[outer]) < near
+    on_curve[outer] = closest.distance(tree, x[outer]) < near[outer]
     along = rims[on_curve[rims].all(axis=1)]
-    along = along[closest.distance(tree, x[along].mean(axis=1)) < near]
+    along = along[closest.distance(tree, x[along].mean(axis=1)) < near[along].min(axis=1)]
     corners = surface.vertices[np.bincount(ends.ravel(), minlength=len(surface.vertices)) > 2]
     on_corner = np.zeros(len(x), bool)
     if len(corners):
-        on_corner[outer] = cKDTree(corners).query(x[outer])[0] < near
+        on_corner[outer] = cKDTree(corners).query(x[outer])[0] < near[outer]
     return along, on_curve, on_corner
 
 
