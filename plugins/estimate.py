@@ -21,10 +21,12 @@ EACH = 0.8  # work to mesh a thousand hexes
 CURE = 0.2  # work to improve any mesh
 EACH_CURE = 0.02  # work to improve one poor hex
 EACH_FURTHER = 0.002  # work to improve one hex below the goal
-# work to propose the structures of a tier, with their ranking
-PROPOSE = {Tier.EXACT: 1.0, Tier.COARSE: 10.0, Tier.LEARNED: 8.0, Tier.FINE: 2.0, Tier.LAST: 1.0}
-# probability that a structure of a tier is the one to mesh
-SUCCESS = {Tier.EXACT: 0.9, Tier.COARSE: 0.7, Tier.LEARNED: 0.05, Tier.FINE: 0.7, Tier.LAST: 0.3}
+# of exact, finer, coarse, learned, fine and last structures: work to propose them, with their
+# ranking, and probability that one of them is the one to mesh
+PROPOSE = dict(zip(Tier, (1.0, 2.0, 10.0, 8.0, 2.0, 1.0), strict=True))
+SUCCESS = dict(zip(Tier, (0.9, 0.5, 0.7, 0.05, 0.7, 0.3), strict=True))
+REFUSED = 0.1  # factor for smaller exact hexes if there are none of the wanted size
+BESIDE = 0.2  # factor for structures without exact hexes if a mesh of these keeps all features
 LEARNED = 0.3  # the same for learned structures of a surface without CAD faces
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
 # features of a coarse polycube that fails in half of the cases: some, and more for each box
@@ -33,7 +35,9 @@ CELLS_OF_FEATURE = 25.0  # cells for each feature of a fine lattice that keeps h
 LAYERS = 1.4  # hexes for each cell of a fine lattice, with the layers under its boundary
 COARSE_HEXES = 3.0  # thousands of hexes of a coarse structure
 FINE_HEXES = 10.0  # thousands of hexes of a fine lattice
+FINER_HEXES = 1.6  # factor on the number of exact hexes if they are smaller
 FLOOR = 0.15  # shortfall that typically remains
+FINER_FLOOR = 0.08  # the same with smaller exact hexes, of what these can reduce
 SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
 ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
 # share of each part of the shortfall that another variant is expected to remove
@@ -48,6 +52,7 @@ MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by i
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.8  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
+FINER_HELPS = "validity", "features", "scaled_jacobian"  # shortfall that exact smaller hexes reduce
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
 FINE_ANYWAY = 0.05  # factor on the probability of a fine lattice for a part with few features
 TINY = 1e-9  # gain of the last resort if there is no mesh, so that it follows all other moves
@@ -73,6 +78,8 @@ class Rules(Estimate):
 
 def propose(move: Propose, history: History) -> Expected:
     """Structures of a tier, and the mesh of the best of them."""
+    if move.tier == Tier.FINER:
+        return _propose_finer(history)
     success, hexes = SUCCESS[move.tier], COARSE_HEXES
     many = _features(history) / MANY_FEATURES
     if not many and move.tier == Tier.LEARNED:
@@ -81,9 +88,20 @@ def propose(move: Propose, history: History) -> Expected:
         success /= 1 + many**2
     if move.tier == Tier.FINE:
         success, hexes = success * max(many, FINE_ANYWAY) / (1 + many), FINE_HEXES
+    success *= _beside(history, move.tier)
     if any(_is_untried(history, number) for number in range(len(history.ranked))):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
     return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
+
+
+def _propose_finer(history: History) -> Expected:
+    """The sweep with smaller hexes: for poor hexes and lost features that the cure left."""
+    exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
+    success = SUCCESS[Tier.FINER] * (1 if exact else REFUSED)
+    if any(_is_untried(history, number) for number in exact) or _may_be_cured(history):
+        success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
+    hexes = FINER_HEXES * max((_thousands(history, n) for n in exact), default=COARSE_HEXES)
+    return Expected(success * _left_by_finer(history), PROPOSE[Tier.FINER] + FEW + EACH * hexes)
 
 
 def mesh_structure(move: MeshStructure, history: History) -> Expected:
@@ -93,11 +111,11 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     meshed = history.of_structure(move.structure)
     thousands = _thousands(history, move.structure)
     work = FEW + EACH * thousands
-    if not move.variant:
-        return Expected(_success(history, move.structure) * _left(history, thousands), work)
-    if not meshed:
+    if not (move.variant and meshed):
+        is_finer = history.ranked[move.structure].candidate.tier == Tier.FINER
+        left = _left_by_finer(history) if is_finer else _left(history, thousands)
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
-        return Expected(success * _left(history, thousands), work)
+        return Expected(success * left, work)
     if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
         return Expected(0.0, work)  # inverted hexes or crossings
     best = min(meshed, key=lambda each: each.shortfall)
@@ -152,13 +170,31 @@ def _success(history: History, structure: int) -> float:
     candidate, score = history.ranked[structure].candidate, history.ranked[structure].score
     tried = {each.state.chosen for each in history.outcomes}
     same = sum(history.ranked[number].candidate.tier == candidate.tier for number in tried)
-    success, features = SUCCESS[candidate.tier] * ANOTHER**same, _features(history)
+    success = SUCCESS[candidate.tier] * ANOTHER**same * _beside(history, candidate.tier)
+    features = _features(history)
     boxes = int(candidate.polycube.occupancy.sum())
     if candidate.tier >= Tier.FINE:
         return success * boxes / (boxes + CELLS_OF_FEATURE * features)
     if candidate.blocks is None:
         success /= 1 + (features / (FEATURES_OF_SOME + FEATURES_OF_BOX * boxes)) ** 2
-    return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.EXACT else success
+    return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.FINER else success
+
+
+def _beside(history: History, tier: Tier) -> float:
+    """Factor on the probability of a structure of a tier if exact hexes keep all features."""
+    leader = history.leader
+    if leader is None or not history.ranked or "features" in leader.verdict.shortfall:
+        return 1.0
+    is_exact = history.ranked[leader.state.chosen].candidate.tier <= Tier.FINER
+    return BESIDE if is_exact and tier > Tier.FINER else 1.0
+
+
+def _may_be_cured(history: History) -> bool:
+    """Whether the poor hexes of the best mesh can still be improved."""
+    from polycube.search.moves import Cure
+
+    best = [Cure(history.leader.number)] if history.leader else []
+    return any(cure in best and cure not in history.moves for cure in Cure.possible(history))
 
 
 def _is_untried(history: History, structure: int) -> bool:
@@ -171,6 +207,13 @@ def _left(history: History, thousands: float) -> float:
     """Shortfall that a good mesh with so many hexes would remove."""
     many = log2(max(1.0, 1000 * thousands / Goal.hexes))
     return max(0.0, history.shortfall - FLOOR - Goal.many * many)
+
+
+def _left_by_finer(history: History) -> float:
+    """Shortfall that a good mesh of smaller exact hexes would remove."""
+    missed = history.leader.verdict.shortfall if history.leader else {"validity": history.shortfall}
+    reduced = sum(value for name, value in missed.items() if name in FINER_HELPS)
+    return max(0.0, reduced - FINER_FLOOR)
 
 
 def _thousands(history: History, structure: int) -> float:

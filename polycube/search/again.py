@@ -53,8 +53,7 @@ class Again(Move):
         outcome, task = history.outcomes[self.of], history.task
         options = merged(outcome.options, {SUBDIVIDE: self.options(history) or {}})
         start = history.start(outcome.state.chosen) if history.ranked else task.start
-        is_cured = {stage.kind for stage in task.cure} & set(outcome.results)
-        stages = [*task.fit, *(task.cure if is_cured else ())]
+        stages = [*task.fit, *(task.cure if history.is_cured(outcome) else ())]
         state, results = task.chain.run(stages, start, options)
         return history.add(self, state, results, options)
 

@@ -132,6 +132,10 @@ class History:
         """The reasons why no move made a mesh."""
         return "; ".join({str(each): 0 for each in self.errors}) or "no structure was meshed"
 
+    def is_cured(self, outcome: Outcome) -> bool:
+        """Whether the stages of the cure were run on a mesh."""
+        return any(stage.kind in outcome.results for stage in self.task.cure)
+
     def start(self, structure: int) -> RunState:
         """State from which a structure is meshed."""
         if structure == self.only:

@@ -58,11 +58,14 @@ class MeshStructure(Move):
                     break
 
     def __call__(self, history: History) -> Outcome:
-        """Run the stages of the variant."""
+        """Run the stages of the variant; a finer structure is compared with a cured mesh."""
         task, has = history.task, bool(history.ranked)
-        options = task.variants(history.ranked[self.structure] if has else None)[self.variant]
+        entry = history.ranked[self.structure] if has else None
+        is_finer = entry is not None and entry.candidate.tier == Tier.FINER
         start = history.start(self.structure) if has else task.start
-        state, results = task.chain.run(task.fit, start, options)
+        stages = [*task.fit, *(task.cure if is_finer else ())]
+        options = task.variants(entry)[self.variant]
+        state, results = task.chain.run(stages, start, options)
         return history.add(self, state, results, options)
 
     def describe(self, history: History) -> str:
@@ -97,9 +100,8 @@ class Cure(Move):
     @classmethod
     def possible(cls, history: History) -> Iterator[Move]:
         """Every fitted mesh that was not cured."""
-        kinds = {stage.kind for stage in history.task.cure}
-        for outcome in history.outcomes if kinds else ():
-            if not outcome.state.unfitted and not kinds & set(outcome.results):
+        for outcome in history.outcomes if history.task.cure else ():
+            if not outcome.state.unfitted and not history.is_cured(outcome):
                 yield cls(outcome.number)
 
     def __call__(self, history: History) -> Outcome | None:

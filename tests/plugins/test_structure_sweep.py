@@ -324,6 +324,18 @@ def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
     assert (candidate.tier, candidate.variants) == (Tier.EXACT, "sweep")
 
 
+def test_a_finer_sweep_has_smaller_hexes():
+    surface = bored(48)
+    [plain] = propose(surface, size=1.0, curvature=0.04)
+    options = {"size": 1.0, "curvature": 0.04, "finer": 2.0}
+    [finer] = columns.propose("finer_sweep", surface, [plain], **options)
+    [halved] = propose(surface, size=0.5, curvature=0.01)
+    assert (finer.tier, finer.proposal, finer.variants) == (Tier.FINER, "sweep", "sweep")
+    assert np.array_equal(finer.blocks.vertices, halved.blocks.vertices)
+    [ranked] = Registration()(surface, [finer])
+    assert ranked.candidate is finer and len(plain.blocks.hexes) < len(finer.blocks.hexes)
+
+
 def test_a_swept_mesh_is_not_divided_again():
     surface = bored(24)
     [candidate] = propose(surface, size=1.0)

@@ -72,7 +72,7 @@ class ColumnStructure(OnGrid, Structure):
         if brick is None:
             logger.info("%s: no primitive is a full cell; nothing is proposed", self.proposal)
             return []
-        if any(_is_good(candidate) for candidate in candidates):
+        if any(_is_good(each) for each in candidates if each.tier == self.tier):
             logger.info("%s: there are good hexes already; nothing is proposed", self.proposal)
             return []
         try:
@@ -119,6 +119,4 @@ def _is_good(candidate: Candidate) -> bool:
     from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 
     mesh = candidate.blocks
-    if candidate.tier != Tier.EXACT or mesh is None:
-        return False
-    return bool(scaled_jacobian(mesh.vertices, mesh.hexes).min() > GOOD)
+    return mesh is not None and bool(scaled_jacobian(mesh.vertices, mesh.hexes).min() > GOOD)
