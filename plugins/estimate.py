@@ -52,7 +52,7 @@ MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by i
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.8  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
-FINER_HELPS = "validity", "features", "scaled_jacobian"  # shortfall that exact smaller hexes reduce
+FINER_HELPS = "validity", "scaled_jacobian"  # shortfall that exact smaller hexes reduce
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
 FINE_ANYWAY = 0.05  # factor on the probability of a fine lattice for a part with few features
 TINY = 1e-9  # gain of the last resort if there is no mesh, so that it follows all other moves
@@ -95,7 +95,7 @@ def propose(move: Propose, history: History) -> Expected:
 
 
 def _propose_finer(history: History) -> Expected:
-    """The sweep with smaller hexes: for poor hexes and lost features that the cure left."""
+    """The sweep with smaller hexes: for poor hexes that the cure left."""
     exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
     success = SUCCESS[Tier.FINER] * (1 if exact else REFUSED)
     if any(_is_untried(history, number) for number in exact) or _may_be_cured(history):

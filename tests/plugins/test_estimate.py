@@ -115,7 +115,7 @@ def test_smaller_exact_hexes_are_for_what_the_cure_leaves():
     cured = RULES(Propose(Tier.FINER), found)
     assert cured.gain == pytest.approx(10 * waits)
     assert cured.gain / cured.work > rate(Propose(Tier.COARSE), found)
-    found.leader = missed(found, warnings=1.0)
+    found.leader = missed(found, features=1.0, warnings=1.0)
     assert RULES(Propose(Tier.FINER), found).gain == 0
     assert 0 < rate(Propose(Tier.FINER), knows()) < rate(Propose(Tier.COARSE), knows())
 
