@@ -3,36 +3,40 @@
 The functions of a spline are smooth across elements, and some are constrained at the boundary; both
 affect the stress more than the displacement. `Enrichment` adds the missing part by conjugate
 gradients. The stiffness is applied element by element. The preconditioner is a Jacobi step in the
-functions that are 1 at one of 4^3 evenly spaced points of the elements and 0 at the others; the
-exact solution in the spline space may be added to it.
+functions that are 1 at one of 4^3 Lobatto points of the elements and 0 at the others; the exact
+solution in the spline space may be added to it.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags, eye, kron
 
 from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
-from polycube.analysis.element_forces import elastic_forces
+from polycube.analysis.element_forces import LANES, elastic_forces
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import EVEN, TO_BEZIER, TO_BEZIER_1D, inverse, jacobians, volumes
+from polycube.analysis.recovery import inverse, jacobians, volumes
 from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
-from polycube.spline.bernstein import gauss, volume_basis
-from polycube.spline.bezier import bezier_points
+from polycube.spline.bernstein import bernstein, gauss, tensor, volume_basis
 from polycube.spline.boundary import FACES, unshared_faces
 from polycube.types import Spline
 
 logger = logging.getLogger(__name__)
 
-CHUNK = 128  # elements in a batch
+CHUNK = 16  # batches of elements that are computed together
 TOLERANCE = 1e-3  # of the initial error, in the norm of the preconditioner
 ROUNDING = 1e-8  # of the forces: smaller residuals are rounding errors
 MOST = 300  # largest number of iterations
+SAME = np.eye(4)  # Bezier coefficients as they are
+_LOBATTO = bernstein(np.array([0, 1 - 5**-0.5, 1 + 5**-0.5, 2]) / 2)
+LINE = np.linalg.inv(_LOBATTO)  # Bezier coefficients on a line of values at Lobatto points
+TO_LOBATTO, FROM_LOBATTO = tensor(*[_LOBATTO] * 3), tensor(*[LINE] * 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,68 +46,77 @@ class Elasticity:
     points: np.ndarray  # (B, 3)
     nodes: np.ndarray  # (E, 64)
     volume: np.ndarray  # (E, q) volume of each Gauss point
+    place: np.ndarray  # see `elastic_forces`
     n_gauss: int
     solid: Material
     add: csr_matrix  # (B, 64 E) sums at the nodes
-    to_bezier: np.ndarray  # (4, 4) Bezier coefficients on a line from those of the points
 
     @classmethod
     def of(cls, spline: Spline, solid: Material, n_gauss: int = 4) -> Elasticity:
         """Stiffness of the Bezier elements of a spline, with Gauss points per direction."""
         n_gauss = max(n_gauss, 4)  # fewer do not determine tricubic functions
-        nodes = spline.nodes.ravel()
+        nodes, points = spline.nodes.ravel(), spline.extraction @ spline.control
+        volume, slopes = volumes(points[spline.nodes], n_gauss), volume_basis(gauss(n_gauss)[0])[1]
+        place: np.ndarray = np.empty((-(-len(volume) // LANES), n_gauss**3, 9, LANES))
+        for start in range(0, len(place), CHUNK):
+            out = place[start : start + CHUNK]
+            own = (start * LANES + np.arange(len(out) * LANES)).clip(max=len(volume) - 1)
+            turned = inverse(jacobians(points[spline.nodes[own]], slopes))
+            turned *= np.sqrt(abs(volume[own]))[..., None, None]
+            out[:] = turned.reshape(-1, LANES, *out.shape[1:3]).transpose(0, 2, 3, 1)
         return cls(
-            points=spline.extraction @ spline.control,
+            points=points,
             nodes=spline.nodes,
-            volume=volumes(bezier_points(spline), n_gauss),
+            volume=volume,
+            place=place.reshape(*place.shape[:2], -1),
             n_gauss=n_gauss,
             solid=solid,
             add=csr_matrix(
-                (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))),
-                (spline.extraction.shape[0], len(nodes)),
+                (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), (len(points), len(nodes))
             ),
-            to_bezier=np.eye(4),
         )
 
-    def forces(self, displacement: np.ndarray) -> np.ndarray:
-        """(B, 3) forces K u of coefficients u (B, 3)."""
-        given = self.n_gauss, self.solid, self.to_bezier
-        return elastic_forces(self.points, self.nodes, displacement, *given)
+    def forces(
+        self,
+        displacement: np.ndarray,
+        to_bezier: np.ndarray = SAME,
+        stress: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """(B, 3) forces K u of coefficients u (B, 3); see `elastic_forces`."""
+        given = self.n_gauss, self.solid, to_bezier, stress
+        return elastic_forces(self.place, self.nodes, displacement, *given)
 
     def inertia(self, displacement: np.ndarray) -> np.ndarray:
         """(B, 3) products M u with the mass, of coefficients u (B, 3)."""
-        values, _ = volume_basis(gauss(self.n_gauss)[0])
+        values = volume_basis(gauss(self.n_gauss)[0])[0]
         mass = (self.solid.at().density * self.volume)[..., None]
-        moved = np.einsum("qm,emi->eqi", values, displacement[self.nodes], optimize=True)
-        moments = np.einsum("qm,eqi->emi", values, mass * moved, optimize=True)
+        moments = values.T @ (mass * (values @ displacement[self.nodes]))
         return self.add @ moments.reshape(-1, 3)
 
     def expansion(self, pressure: np.ndarray) -> np.ndarray:
         """(B, 3) integrals of a field p times grad N, of its coefficients p (B,)."""
         values, gradients = volume_basis(gauss(self.n_gauss)[0])
         found = np.empty((*self.nodes.shape, 3))
-        for start in range(0, len(self.nodes), CHUNK):
-            own = slice(start, start + CHUNK)
+        for start in range(0, len(self.nodes), CHUNK * LANES):
+            own = slice(start, start + CHUNK * LANES)
             turned = inverse(jacobians(self.points[self.nodes[own]], gradients))
             weight = self.volume[own] * (pressure[self.nodes[own]] @ values.T)
             found[own] = np.einsum("aqm,eqai,eq->emi", gradients, turned, weight, optimize=True)
         return self.add @ found.reshape(-1, 3)
 
     def diagonal(self) -> np.ndarray:
-        """(B, 3) energies of the functions that are 1 at one even point of the elements."""
-        gradients = volume_basis(gauss(self.n_gauss)[0])[1]
-        even = gradients @ TO_BEZIER
-        found = np.empty((*self.nodes.shape, 3))
-        for start in range(0, len(self.nodes), CHUNK):
-            own = slice(start, start + CHUNK)
-            solid = self.solid.at(own)
-            shear, lame = (np.reshape(m, (-1, 1, 1, 1)) for m in (solid.shear, solid.lame))
-            turned = inverse(jacobians(self.points[self.nodes[own]], gradients))
-            slope = np.einsum("aqm,eqai->eqmi", even, turned, optimize=True)
-            slope **= 2
-            each = (shear + lame) * slope + shear * slope.sum(axis=3, keepdims=True)
-            found[own] = np.einsum("eqmi,eq->emi", each, self.volume[own])
-        return self.add @ found.reshape(-1, 3)
+        """(B, 3) energies of the functions that are 1 at one Lobatto point of the elements.
+
+        They are exact in elements with parallel faces.
+        """
+        line, weights = gauss(self.n_gauss)
+        slope = volume_basis(line)[1] @ FROM_LOBATTO
+        each = np.einsum("aqm,bqm,q->mab", slope, slope, tensor(*[weights] * 3), optimize=True)
+        place = self.place.reshape(len(self.place), self.n_gauss**3, 3, 3, -1)
+        mean = np.einsum("zqail,zqbil->zlabi", place, place).reshape(-1, 9, 3)[: len(self.nodes)]
+        shear, lame = (np.reshape(m, (-1, 1, 1)) for m in (self.solid.shear, self.solid.lame))
+        mean = (shear + lame) * mean + shear * mean.sum(axis=2, keepdims=True)
+        return self.add @ (each.reshape(64, 9) @ mean).reshape(-1, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +124,9 @@ class Enrichment:
     """The displacement that continuous tricubic functions add to one in the spline space."""
 
     elasticity: Elasticity
-    even: Elasticity  # for `forces` of values at even points
     allowed: csr_matrix  # (3 B, 3 B) projection on the displacements that the constraints allow
-    step: csr_matrix  # (3 B, 3 B) allowed part of inverse energies of functions of even points
-    from_even: csr_matrix  # (B, B)
-    to_even: csr_matrix  # (B, B)
+    step: csr_matrix  # (3 B, 3 B) allowed part of inverse energies of functions of Lobatto points
+    count: np.ndarray  # (B, 1) elements of each node
     coarse: Operator | None  # from forces (B, 3) to the displacement (B, 3) in the spline space
 
     @classmethod
@@ -150,19 +161,19 @@ class Enrichment:
         energy = elasticity.diagonal().ravel()
         weak = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
         step = csr_matrix(allowed @ diags(weak) @ allowed)
-        from_even, to_even = (_of_elements(elasticity, each) for each in (TO_BEZIER, EVEN))
-        points = to_even @ elasticity.points
-        even = replace(elasticity, points=points, to_bezier=TO_BEZIER_1D)
-        return cls(elasticity, even, allowed, step, from_even, to_even, coarse)
+        count = np.bincount(elasticity.nodes.ravel(), minlength=len(allowed.indptr) // 3)
+        return cls(elasticity, allowed, step, count.clip(1)[:, None], coarse)
 
     def solve(
         self, rest: np.ndarray, most: int = MOST, tolerance: float = TOLERANCE
     ) -> tuple[np.ndarray, int, float]:
         """The displacement (B, 3) under unbalanced forces (B, 3), the steps, and the residual."""
-        acting = self.from_even.T @ self.acting(rest)
-        given = self.even.forces, acting, self._precondition
-        even, steps, residual = conjugate_gradients(*given, most, tolerance)
-        return self.from_even @ even, steps, residual
+        forces = partial(self.elasticity.forces, to_bezier=LINE)
+        acting = self._sums(FROM_LOBATTO.T, self.acting(rest) / self.count)
+        found, steps, residual = conjugate_gradients(
+            forces, acting, self._precondition, most, tolerance
+        )
+        return self._sums(FROM_LOBATTO, found) / self.count, steps, residual
 
     def acting(self, forces: np.ndarray) -> np.ndarray:
         """(B, 3) the part of forces (B, 3) that moves the solid."""
@@ -172,7 +183,13 @@ class Enrichment:
         near = (self.step @ rest.ravel()).reshape(-1, 3)
         if self.coarse is None:
             return near
-        return near + self.to_even @ self.coarse(self.to_even.T @ rest)
+        rest = self._sums(TO_LOBATTO.T, rest / self.count)
+        return near + self._sums(TO_LOBATTO, self.coarse(rest)) / self.count
+
+    def _sums(self, table: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(B, 3) sums over the elements of a table (64, 64) times values (B, 3) at the nodes."""
+        each = table @ values[self.elasticity.nodes]
+        return self.elasticity.add @ each.reshape(-1, 3)
 
 
 def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -196,13 +213,3 @@ def _tied(place: np.ndarray, is_free: np.ndarray) -> csr_matrix:
     shares = 1 / np.sqrt(np.bincount(place)[place])
     tie = csr_matrix((shares, place, np.arange(len(place) + 1)), (len(place),) * 2)
     return kron(tie, eye(3), "csr")[:, (tie.T @ ~is_free == 0).ravel()]
-
-
-def _of_elements(elasticity: Elasticity, table: np.ndarray) -> csr_matrix:
-    """(B, B) a map of the nodal values of an element, (64, 64), for those of all elements."""
-    nodes, size = elasticity.nodes, len(elasticity.points)
-    used, first = np.unique(nodes, return_index=True)
-    element, place = np.divmod(first, 64)
-    table = np.where(abs(table) > 1e-12, table, 0)[place]
-    row, column = np.nonzero(table)
-    return csr_matrix((table[row, column], (used[row], nodes[element[row], column])), (size, size))

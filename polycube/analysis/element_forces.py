@@ -1,8 +1,8 @@
-"""Compiled elastic forces of tricubic elements: sums are factorised, nothing is stored.
+"""Compiled elastic forces of tricubic elements: sums are factorised.
 
-The Bezier net of an element is contracted along z, then y, then x; the adjoint uses the reverse
-order. Each number of an element has a row with a lane for each of `LANES` elements, so that the
-compiled loops are vectorised.
+The net of an element is contracted along z, then y, then x; the adjoint uses the reverse order.
+Each number of an element has a row with a lane for each of `LANES` elements, so that the compiled
+loops are vectorised. The derivatives of the parameters by the coordinates are given.
 """
 
 from functools import partial, reduce
@@ -16,63 +16,75 @@ from polycube.numerics.threads import parts, side_by_side
 from polycube.spline.bernstein import bernstein, derivative, gauss
 
 LANES = 16  # elements in a batch
-LEAST = 64  # smallest number of elements for a thread
+LEAST = 4  # smallest number of batches for a thread
+XX, YX, ZX, XY, YY, ZY, XZ, YZ, ZZ = range(0, 9 * LANES, LANES)  # rows of a matrix
 
 
 def elastic_forces(
-    points: np.ndarray,
+    place: np.ndarray,
     nodes: np.ndarray,
     displacement: np.ndarray,
     n_gauss: int,
     solid: Material,
     to_bezier: np.ndarray,
+    stress: np.ndarray | None = None,
 ) -> np.ndarray:
     """(B, 3) forces K u of the functions of the nodes.
 
-    points, displacement : (B, 3) coefficients.  nodes : (E, 64)
+    place : (ceil(E / LANES), n^3, 9 LANES) derivatives da_k/dx_i at the Gauss points of a batch,
+        times the square root of the volume, with a row of lanes for every i of every k
+    displacement : (B, 3) coefficients.  nodes : (E, 64)
     to_bezier : (4, 4) Bezier coefficients on a line from these
+    stress : (E, n^3, 6) is filled with stresses times the square root of the volume, in 32 bits
     """
-    line, weights = gauss(n_gauss)
+    line = gauss(n_gauss)[0]
     values, slopes = (basis(line) @ to_bezier for basis in (bernstein, derivative))
-    given = values, slopes, weights, np.outer(weights, weights).ravel()
     displacement = np.ascontiguousarray(displacement)
     moduli = np.zeros((len(nodes), 2)) + np.column_stack([solid.shear, solid.lame])
+    kept = np.empty((0, n_gauss**3, 6), np.float32) if stress is None else stress
     work = [
-        partial(_forces, points, nodes[p], displacement, *given, moduli[p])
-        for p in parts(len(nodes), LEAST)
+        partial(_forces, place, nodes, displacement, values, slopes, moduli, kept, p.start, p.stop)
+        for p in parts(len(place), LEAST)
     ]
-    return reduce(np.add, side_by_side(work))
+    return reduce(np.ndarray.__iadd__, side_by_side(work))
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _forces(
-    points: np.ndarray,
+    place: np.ndarray,
     nodes: np.ndarray,
     displacement: np.ndarray,
     values: np.ndarray,
     slopes: np.ndarray,
-    weights: np.ndarray,
-    square: np.ndarray,
     moduli: np.ndarray,
+    stress: np.ndarray,
+    first: int,
+    last: int,
 ) -> np.ndarray:
-    """(B, 3) forces of some elements; values, slopes (n, 4), weights (n,) on a line, and (n^2,)."""
+    """(B, 3) forces of some batches of elements; values, slopes (n, 4) on a line."""
     n = len(values)
-    found, of_lanes = np.zeros(points.shape), np.empty((2, LANES))
-    net, place = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
-    moved, by_net, slope = np.empty_like(net), np.empty_like(net), np.empty_like(place)
+    found, of_lanes = np.zeros_like(displacement), np.empty((2, LANES))
+    net, slope = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
+    by_net, flat = np.empty_like(net), slope.reshape(n * n, -1)
     planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
-    for start in range(0, len(nodes), LANES):
-        _gather(points, nodes, start, net)
-        _gather(displacement, nodes, start, moved)
+    kept = np.empty((n * n, 6 * LANES))
+    for batch in range(first, last):
+        start = batch * LANES
+        many = min(LANES, len(nodes) - start)
+        _gather(displacement, nodes, start, net)
         for at in range(LANES):
             of_lanes[0, at], of_lanes[1, at] = moduli[min(start + at, len(nodes) - 1)]
         by_net[:] = 0
         for k in range(n):
-            _tangents(net, values, slopes, k, planes, lines, place)
-            _tangents(moved, values, slopes, k, planes, lines, slope)
-            _resist(place, slope, weights[k] * square, of_lanes[0], of_lanes[1])
+            _tangents(net, values, slopes, k, planes, lines, slope)
+            for s in range(n * n):
+                _resist(place[batch, n * n * k + s], flat[s], of_lanes[0], of_lanes[1], kept[s])
             _add_back(slope, values, slopes, k, planes, lines, by_net)
-        for at in range(min(LANES, len(nodes) - start)):
+            for at in range(many if len(stress) else 0):
+                for s in range(n * n):
+                    for c in range(6):
+                        stress[start + at, n * n * k + s, c] = kept[s, c * LANES + at]
+        for at in range(many):
             for r in range(64):
                 for d in range(3):
                     found[nodes[start + at, r], d] += by_net[(3 * r + d) * LANES + at]
@@ -81,56 +93,34 @@ def _forces(
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
 def _resist(
-    place: np.ndarray, slope: np.ndarray, weights: np.ndarray, shear: np.ndarray, lame: np.ndarray
+    p: np.ndarray, u: np.ndarray, shear: np.ndarray, lame: np.ndarray, stress: np.ndarray
 ) -> None:
-    """Replace the derivatives of u on a plane by those of the energy with respect to them.
+    """Replace the derivatives of u at a point by those of the energy with respect to them.
 
-    place, slope : (n^2, 3, 3 LANES) derivatives of the points and of u by the parameters
-    weights : (n^2,) of the Gauss points.  shear, lame : (LANES,) moduli
-
-    With the cofactors c_k of the Jacobian matrix, du/dx = sum_k du/dk c_k / det J.
+    p, u : (9 LANES,) derivatives da/dx and du/da.  shear, lame : (LANES,) moduli
+    stress : (6 LANES,) is filled with xx yy zz yz zx xy
     """
-    cofactor, strain = np.empty((3, 3, LANES)), np.empty((3, 3, LANES))
-    for s in range(len(weights)):
-        for k in range(3):
-            b, c, own = place[s, (k + 1) % 3], place[s, (k + 2) % 3], cofactor[k]
-            for x in range(LANES):
-                y, z = LANES + x, 2 * LANES + x
-                own[0, x] = b[y] * c[z] - b[z] * c[y]
-                own[1, x] = b[z] * c[x] - b[x] * c[z]
-                own[2, x] = b[x] * c[y] - b[y] * c[x]
-        for i in range(3):
-            for d in range(3):
-                a, out = d * LANES, strain[i, d]
-                for x in range(LANES):
-                    out[x] = (
-                        slope[s, 0, a + x] * cofactor[0, i, x]
-                        + slope[s, 1, a + x] * cofactor[1, i, x]
-                        + slope[s, 2, a + x] * cofactor[2, i, x]
-                    )
-        for x in range(LANES):
-            det = (
-                place[s, 0, x] * cofactor[0, 0, x]
-                + place[s, 0, LANES + x] * cofactor[0, 1, x]
-                + place[s, 0, 2 * LANES + x] * cofactor[0, 2, x]
-            )
-            mu = shear[x] * weights[s] / det
-            dilation = strain[0, 0, x] + strain[1, 1, x] + strain[2, 2, x]
-            spread = lame[x] * weights[s] / det * dilation
-            for i in range(3):
-                for d in range(i):
-                    both = mu * (strain[i, d, x] + strain[d, i, x])
-                    strain[i, d, x], strain[d, i, x] = both, both
-                strain[i, i, x] = 2 * mu * strain[i, i, x] + spread
-        for k in range(3):
-            for d in range(3):
-                a = d * LANES
-                for x in range(LANES):
-                    slope[s, k, a + x] = (
-                        strain[0, d, x] * cofactor[k, 0, x]
-                        + strain[1, d, x] * cofactor[k, 1, x]
-                        + strain[2, d, x] * cofactor[k, 2, x]
-                    )
+    for x in range(LANES):
+        y, z = x + YX, x + ZX
+        mu = shear[x]
+        xx = u[x] * p[x] + u[x + XY] * p[x + XY] + u[x + XZ] * p[x + XZ]
+        yy = u[y] * p[y] + u[y + XY] * p[y + XY] + u[y + XZ] * p[y + XZ]
+        zz = u[z] * p[z] + u[z + XY] * p[z + XY] + u[z + XZ] * p[z + XZ]
+        yz = u[y] * p[z] + u[y + XY] * p[z + XY] + u[y + XZ] * p[z + XZ]
+        zx = u[z] * p[x] + u[z + XY] * p[x + XY] + u[z + XZ] * p[x + XZ]
+        xy = u[x] * p[y] + u[x + XY] * p[y + XY] + u[x + XZ] * p[y + XZ]
+        yz = mu * (yz + u[z] * p[y] + u[z + XY] * p[y + XY] + u[z + XZ] * p[y + XZ])
+        zx = mu * (zx + u[x] * p[z] + u[x + XY] * p[z + XY] + u[x + XZ] * p[z + XZ])
+        xy = mu * (xy + u[y] * p[x] + u[y + XY] * p[x + XY] + u[y + XZ] * p[x + XZ])
+        spread = lame[x] * (xx + yy + zz)
+        xx, yy, zz = mu * (xx + xx) + spread, mu * (yy + yy) + spread, mu * (zz + zz) + spread
+        stress[x], stress[y], stress[z] = xx, yy, zz
+        stress[x + XY], stress[y + XY], stress[z + XY] = yz, zx, xy
+        for k in (0, XY, XZ):
+            a, b, c = p[x + k], p[y + k], p[z + k]
+            u[x + k] = xx * a + xy * b + zx * c
+            u[y + k] = xy * a + yy * b + yz * c
+            u[z + k] = zx * a + yz * b + zz * c
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")

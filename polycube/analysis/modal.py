@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import diags, eye, kron, spmatrix
 
+from polycube.analysis import recovery
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.constraints import Constraints, Support, constrain, free_rigid_motions
 from polycube.analysis.continuous import Elasticity, Enrichment
@@ -21,7 +22,6 @@ from polycube.analysis.cyclic import Sector
 from polycube.analysis.peaks import poor_elements
 from polycube.analysis.preconditioner import approximate_inverse, single_precision
 from polycube.analysis.problem import Cyclic, Material
-from polycube.analysis.recovery import energy_error, field_of, gradient_field
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
 from polycube.types import Modes, Spline
@@ -33,7 +33,7 @@ SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the s
 TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
 SPARE = 4, 2
-STEPS, RESIDUAL = 15, 0.05  # of conjugate gradients for what continuous functions add: limits
+STEPS, RESIDUAL = 10, 0.08  # of conjugate gradients for what continuous functions add: limits
 # estimated error of an eigenvalue: a factor of the squared error of the stress in the energy norm,
 # and a share of the correction, which is found approximately
 SAFETY, REST = 1.5, 0.3
@@ -124,7 +124,10 @@ def _enriched(
     estimated from the stress (Zienkiewicz and Zhu 1987), also where the stress is singular. A share
     of the correction and the effect of the distance of the boundary are added.
     """
-    elasticity, poor = Elasticity.of(spline, solid, n_gauss), poor_elements(spline)
+    elasticity = Elasticity.of(spline, solid, n_gauss)
+    poor, nodes, volume = poor_elements(spline), spline.nodes, elasticity.volume
+    root, stress = np.sqrt(abs(volume))[..., None], np.empty((*volume.shape, 6), np.float32)
+    root, carry = root.astype(np.float32), recovery.barlow(elasticity.n_gauss).astype(np.float32)
     enrichment = Enrichment.of(spline, elasticity, constraints.supports, sector=constraints.sector)
     found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
     lost = np.zeros(len(values))
@@ -133,19 +136,21 @@ def _enriched(
         resisting = elasticity.forces(moved)
         rest = value * elasticity.inertia(moved) - resisting
         more, _, _ = enrichment.solve(rest, STEPS, RESIDUAL)
-        lower = shapes[: i + 1]
-        shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ elasticity.inertia(more))
+        lower, heavy = shapes[: i + 1], elasticity.inertia(more)
+        shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ heavy)
+        mass = max(float((more * heavy).sum() - (shares**2).sum()), TINY)
         more -= spline.extraction @ np.tensordot(shares, lower, 1)
-        mass = max(float((more * elasticity.inertia(more)).sum()), TINY)
-        own = (more * elasticity.forces(more)).sum() / mass
-        coupled = (more * resisting).sum() ** 2 / mass
-        found[i] = (value + own) / 2 - np.sqrt((own - value) ** 2 / 4 + coupled)
         moved += more
-        solution = spline, moved, solid.stress
-        stress = gradient_field(*solution, poor)
-        lost[i] = value * energy_error(solution, stress, elasticity.volume, solid.work)[0] ** 2
-        fields = np.column_stack([stress, value * (moved**2).sum(axis=1)])
-        density[:, i] = field_of(spline, fields, solid.gain)
+        own = (more * (elasticity.forces(moved, stress=stress) - resisting)).sum() / mass
+        coupled = (more * resisting).sum() ** 2 / mass
+        apart = max(own - value, 0) / 2
+        found[i] = value + apart - np.sqrt(apart**2 + coupled)
+        raw = stress / root
+        mean = recovery.shared(spline, carry @ raw, poor)
+        lost[i] = value * recovery.energy_error(nodes, raw, mean, volume, solid.work)[0] ** 2
+        if len(spline.offset):
+            fields = np.column_stack([mean, value * (moved**2).sum(axis=1)])
+            density[:, i] = recovery.field_of(spline, fields.astype(np.float32), solid.gain)
     off = SAFETY * lost + REST * (values - found) + distance_error(spline, density)
     return found, off / values.clip(TINY) / 2
 

@@ -14,6 +14,7 @@ from polycube.analysis.preconditioner import approximate_inverse, solvers
 from polycube.analysis.problem import Cyclic, Flow
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
+from polycube.spline.bernstein import gauss
 from polycube.spline.bezier import bezier_points
 from polycube.types import Potential, Spline
 from polycube.units import METRES
@@ -62,7 +63,8 @@ def conduct(
     each = np.broadcast_to(conductivity, len(spline.nodes))[:, None]
     solution = spline, nodal, lambda u, own: -each[own, None] / metre * u[..., 0, :]
     flux = recovery.gradient_field(*solution)
-    given = solution, flux, recovery.volumes(bezier_points(spline), n_gauss)
+    raw = recovery.at_places(*solution, gauss(n_gauss)[0])
+    given = spline.nodes, raw, flux, recovery.volumes(bezier_points(spline), n_gauss)
     error, energy = recovery.energy_error(*given, lambda q: (q**2).sum(axis=-1) / each)
     # what a layer on the boundary adds to the energy, see `shape`; u above its smallest value
     heat = spline.extraction @ np.broadcast_to(source, mass.shape[:1])

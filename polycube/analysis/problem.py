@@ -15,7 +15,7 @@ from polycube.analysis.preloads.preload import Preload
 from polycube.surface.measures import unit
 from polycube.types.checks import is_number
 
-EQUAL = np.array([1.0, 1, 1, 0, 0, 0])  # a stress that is equal in all directions
+EQUAL = np.array([1, 1, 1, 0, 0, 0], np.float32)  # a stress that is equal in all directions
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,7 @@ class Material:
     def work(self, stress: np.ndarray) -> np.ndarray:
         """(...) products of stress and elastic strain, of stresses (..., 6), or (E, q, 6)."""
         own = self.at()
-        squares = (stress[..., :3] ** 2).sum(axis=-1) + 2 * (stress[..., 3:] ** 2).sum(axis=-1)
-        trace = stress[..., :3].sum(axis=-1)
+        squares, trace = stress**2 @ (2 - EQUAL), stress @ EQUAL
         return ((1 + own.poisson) * squares - own.poisson * trace**2) / own.young
 
     def gain(self, fields: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ elements of different solids share none: stresses jump where the material change
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix
 
 from polycube.spline.bernstein import bernstein, gauss, tensor, volume_basis
 from polycube.spline.bezier import bezier_points
@@ -19,7 +19,7 @@ CHUNK = 512  # elements in a batch
 ALMOST_NONE = 1e-12  # weight of a value that is used only if there is no other
 EVEN_LINE = np.arange(4) / 3
 EVEN = tensor(*[bernstein(EVEN_LINE)] * 3)
-TO_BEZIER, TO_BEZIER_1D = np.linalg.inv(EVEN), np.linalg.inv(bernstein(EVEN_LINE))
+TO_BEZIER = np.linalg.inv(EVEN)
 BARLOW = gauss(3)[0]
 _QUADRATIC = bernstein(EVEN_LINE, 2) @ np.linalg.inv(bernstein(BARLOW, 2))
 CARRY = TO_BEZIER @ tensor(*[_QUADRATIC] * 3)  # (64, 27)
@@ -42,8 +42,16 @@ def gradient_field(
     of : function of du_a/dx_i (e, q, m, 3) on elements (e,) -> (e, q, n)
     poor : (E,) elements that are used only at points without other elements
     """
-    values = CARRY @ at_places(spline, nodal, of, BARLOW)
-    return _shared(spline, values, poor)
+    return shared(spline, CARRY @ at_places(spline, nodal, of, BARLOW), poor)
+
+
+def barlow(n_gauss: int) -> np.ndarray:
+    """(64, n^3) Bezier coefficients of `gradient_field` by values at n^3 Gauss points, n >= 4.
+
+    The values at the 3^3 points are those of the tricubic polynomial through the others.
+    """
+    line = bernstein(BARLOW) @ np.linalg.pinv(bernstein(gauss(n_gauss)[0]))
+    return CARRY @ tensor(line, line, line)
 
 
 def at_places(
@@ -88,23 +96,15 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def energy_error(
-    solution: tuple[Spline, np.ndarray, OfGradient],
-    recovered: np.ndarray,
-    volume: np.ndarray,
-    work: OfField,
-    without: np.ndarray | None = None,
+    nodes: np.ndarray, raw: np.ndarray, recovered: np.ndarray, volume: np.ndarray, work: OfField
 ) -> tuple[float, float]:
     """Error of a field in the energy norm, relative (Zienkiewicz and Zhu 1987), and its energy.
 
-    solution : the first arguments of `gradient_field`.  recovered : (B, n) the averaged field
+    nodes : (E, 64).  raw : (E, q, n) the field at the Gauss points.  recovered : (B, n) averaged
     volume : (E, q) of the Gauss points.  work : function of a field (E, q, n) -> (E, q)
-    without : (B, n) part of the function of the gradient that is not in the field
     """
-    line, nodes = gauss(round(np.cbrt(volume.shape[1])))[0], solution[0].nodes
-    basis, raw = volume_basis(line)[0], at_places(*solution, line)
-    if without is not None:
-        raw -= basis @ without[nodes]
-    smooth = basis @ recovered[nodes]
+    basis = volume_basis(gauss(round(np.cbrt(volume.shape[1])))[0])[0]
+    smooth = basis.astype(raw.dtype) @ recovered.astype(raw.dtype)[nodes]
     rest, own, energy = (float((volume * work(f)).sum()) for f in (smooth - raw, smooth, raw))
     return np.sqrt(rest / max(own, TINY)), energy
 
@@ -115,21 +115,23 @@ def field_of(spline: Spline, nodal: np.ndarray, of: OfField) -> np.ndarray:
     nodal : (B, n) Bezier coefficients of the field
     of : function of values (E, 64, n) -> (E, 64)
     """
-    return _shared(spline, TO_BEZIER @ of(samples(spline, nodal))[..., None])[:, 0]
+    values = of(samples(spline, nodal))[..., None]
+    return shared(spline, TO_BEZIER.astype(values.dtype) @ values)[:, 0]
 
 
 def samples(spline: Spline, nodal: np.ndarray) -> np.ndarray:
     """(E, 64, n) values of a field (B, n) at 4^3 evenly spaced points of each element."""
-    return EVEN @ nodal[spline.nodes]
+    return EVEN.astype(nodal.dtype) @ nodal[spline.nodes]
 
 
-def _shared(spline: Spline, values: np.ndarray, poor: np.ndarray | None = None) -> np.ndarray:
+def shared(spline: Spline, values: np.ndarray, poor: np.ndarray | None = None) -> np.ndarray:
     """(B, n) mean over the elements of each node without poor ones (E,); values (E, 64, n)."""
     nodes, size = spline.nodes.ravel(), spline.extraction.shape[0]
     weight = np.ones(len(nodes))
     if poor is not None:
         weight[np.repeat(poor, 64)] = ALMOST_NONE
-    total = csr_matrix((weight, (nodes, np.arange(len(nodes)))), (size, len(nodes)))
+    given = weight.astype(values.dtype), nodes, np.arange(len(nodes) + 1)
+    total = csc_matrix(given, (size, len(nodes)))
     count = np.bincount(nodes, weight, size)
     count[count == 0] = 1
     return total @ values.reshape(len(nodes), -1) / count[:, None]

@@ -29,6 +29,7 @@ from polycube.analysis.preloads.sections import Cut
 from polycube.analysis.problem import EQUAL, Cyclic, Material, Rotation
 from polycube.analysis.shape import distance_error
 from polycube.errors import InputError
+from polycube.spline.bernstein import gauss, volume_basis
 from polycube.types import Deformation, Spline
 from polycube.units import METRES
 
@@ -174,7 +175,9 @@ def _stresses(
     stress = recovery.gradient_field(*solution, poor) - thermal
     equivalent = recovery.field_of(spline, stress, von_mises)
     largest = peaks(spline, displacement, equivalent, equivalent_of, poor, singular, radius)
-    error, energy = recovery.energy_error(solution, stress, volume, material.work, thermal)
+    line = gauss(round(np.cbrt(volume.shape[1])))[0]
+    raw = recovery.at_places(*solution, line) - volume_basis(line)[0] @ thermal[spline.nodes]
+    error, energy = recovery.energy_error(spline.nodes, raw, stress, volume, material.work)
     return {
         "stress": stress,
         "von_mises": equivalent,

@@ -31,10 +31,11 @@ def conjugate_gradients(
     while residual > tolerance and step < most:
         against = matrix(direction)
         length = size / np.vdot(direction, against)
-        found = found + length * direction
-        change, rest = -length * against, rest - length * against
+        found += length * direction
+        against = length * against
+        rest = rest - against
         better = precondition(rest)
-        direction = better + np.vdot(better, change) / size * direction
+        direction = better - np.vdot(better, against) / size * direction
         size = np.vdot(rest, better)
         step, residual = step + 1, np.sqrt(max(size, 0) / first)
     return found, step, residual

@@ -7,11 +7,14 @@ import pytest
 from scipy.sparse import eye, kron
 from scipy.sparse.linalg import spsolve
 
+from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Support
+from polycube.analysis.continuous import FROM_LOBATTO, Elasticity
 from polycube.analysis.problem import Material
-from polycube.analysis.recovery import EVEN, samples
+from polycube.analysis.recovery import EVEN, at_places, barlow, samples
 from polycube.analysis.static import Load, deform, von_mises
+from polycube.spline.bernstein import gauss, tensor
 from polycube.types import Spline
 from tests.fixtures.hexmeshes import hex_cylinder
 from tests.fixtures.splines import box, spline_of
@@ -128,3 +131,43 @@ def test_the_largest_stress_is_within_its_estimate_where_it_falls_steeply(outer)
     found, _, exact = pressed(3, "optimal", outer)
     largest = von_mises(exact).max()
     assert abs(found.peak.value - largest) < found.peak.error < 0.08 * largest
+
+
+def test_forces_and_stresses_of_elements_are_those_of_the_matrix_and_of_the_gradient():
+    """Of 20 bent elements, which are not a multiple of a batch, of two materials."""
+    spline = box((5, 2, 2), (2.0, 1.0, 1.0), "c0")
+    x, y, z = spline.control.T
+    spline = replace(spline, control=np.column_stack([x + 0.2 * y * z, y + 0.1 * x**2, z]))
+    solid = Material.of_elements([SOLID, Material(1.0, 0.2, 1.0)], np.arange(20) % 2)
+    u = np.random.default_rng(1).normal(size=spline.control.shape)
+    moved, elasticity = spline.extraction @ u, Elasticity.of(spline, solid)
+    stress = np.empty((20, 64, 6), np.float32)
+    forces = spline.extraction.T @ elasticity.forces(moved, stress=stress)
+    matrix = assemble_lower(Elements.of(spline), solid)[0].full()
+    assert forces.ravel() == pytest.approx(matrix @ u.ravel(), abs=1e-9)
+    exact = at_places(spline, moved, solid.stress, gauss(4)[0])
+    exact *= np.sqrt(elasticity.volume)[..., None]
+    assert stress == pytest.approx(exact, abs=1e-6 * abs(exact).max())
+
+
+def test_energies_of_functions_of_lobatto_points_are_exact_in_straight_elements():
+    spline = box((2, 1, 1), (2.0, 1.0, 0.5), "c0")
+    elasticity = Elasticity.of(spline, SOLID)
+    alone = np.zeros(spline.extraction.shape[0])
+    alone[spline.nodes[0, 21]] = 1  # of one element only
+    one = (FROM_LOBATTO @ alone[spline.nodes[0]])[:, None] * np.eye(3)[1]
+    moved = np.zeros((len(alone), 3))
+    moved[spline.nodes[0]] = one
+    energy = (moved * elasticity.forces(moved)).sum()
+    assert elasticity.diagonal()[spline.nodes[0, 21], 1] == pytest.approx(energy, rel=1e-12)
+
+
+def test_a_triquadratic_stress_is_carried_from_all_numbers_of_gauss_points():
+    def field(line):
+        return np.polynomial.polynomial.polyvander(line, 2)
+
+    factor = np.random.default_rng(2).normal(size=27)
+    for n in (4, 5):
+        table = tensor(*[field(gauss(n)[0])] * 3) @ factor
+        even = tensor(*[field(np.arange(4) / 3)] * 3) @ factor
+        assert EVEN @ barlow(n) @ table == pytest.approx(even)
