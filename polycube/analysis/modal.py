@@ -35,8 +35,8 @@ TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 SPARE = 4, 2
 STEPS, RESIDUAL = 10, 0.08  # of conjugate gradients for what continuous functions add: limits
 # estimated error of an eigenvalue: a factor of the squared error of the stress in the energy norm,
-# and a share of the correction, which is found approximately
-SAFETY, REST = 1.5, 0.3
+# and a share of the correction, of which a few steps do not find all
+SAFETY, REST = 1.5, 0.175
 TINY = np.finfo(float).tiny
 DENSE = 10  # unknowns per mode up to which dense matrices are used
 
@@ -122,7 +122,8 @@ def _enriched(
     orthogonal to this mode and the lower ones gives a smaller eigenvalue by the method of Ritz.
     The error of an eigenvalue is the squared error of its mode in the energy norm, which is
     estimated from the stress (Zienkiewicz and Zhu 1987), also where the stress is singular. A share
-    of the correction and the effect of the distance of the boundary are added.
+    of the correction, what the method of Ritz leaves out, which is of second order in the
+    correction, and the effect of the distance of the boundary are added.
     """
     elasticity = Elasticity.of(spline, solid, n_gauss)
     poor, nodes, volume = poor_elements(spline), spline.nodes, elasticity.volume
@@ -151,8 +152,9 @@ def _enriched(
         if len(spline.offset):
             fields = np.column_stack([mean, value * (moved**2).sum(axis=1)])
             density[:, i] = recovery.field_of(spline, fields.astype(np.float32), solid.gain)
-    off = SAFETY * lost + REST * (values - found) + distance_error(spline, density)
-    return found, off / values.clip(TINY) / 2
+    size, gain = values.clip(TINY), values - found
+    off = SAFETY * lost + gain * (REST + gain / size / 2) + distance_error(spline, density)
+    return found, off / size / 2
 
 
 def lowest(
