@@ -24,9 +24,9 @@ EACH_FURTHER = 0.002  # work to improve one hex below the goal
 # of exact, finer, coarse, learned, fine and last structures: work to propose them, with their
 # ranking, and probability that one of them is the one to mesh
 PROPOSE = dict(zip(Tier, (1.0, 2.0, 10.0, 8.0, 2.0, 1.0), strict=True))
-SUCCESS = dict(zip(Tier, (0.9, 0.5, 0.7, 0.05, 0.7, 0.3), strict=True))
+SUCCESS = dict(zip(Tier, (0.9, 0.7, 0.7, 0.05, 0.7, 0.3), strict=True))
 REFUSED = 0.1  # factor for smaller exact hexes if there are none of the wanted size
-BESIDE = 0.2  # factor for structures without exact hexes if a mesh of these keeps all features
+BESIDE = 0.2  # factor for structures without exact hexes if these have the best mesh
 LEARNED = 0.3  # the same for learned structures of a surface without CAD faces
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
 # features of a coarse polycube that fails in half of the cases: some, and more for each box
@@ -181,12 +181,16 @@ def _success(history: History, structure: int) -> float:
 
 
 def _beside(history: History, tier: Tier) -> float:
-    """Factor on the probability of a structure of a tier if exact hexes keep all features."""
+    """Factor on the probability of a structure of a tier if the best mesh has exact hexes.
+
+    If it lost features, few boxes may keep them.
+    """
     leader = history.leader
-    if leader is None or not history.ranked or "features" in leader.verdict.shortfall:
+    if leader is None or not history.ranked or tier <= Tier.FINER:
         return 1.0
     is_exact = history.ranked[leader.state.chosen].candidate.tier <= Tier.FINER
-    return BESIDE if is_exact and tier > Tier.FINER else 1.0
+    may_keep = tier < Tier.FINE and "features" in leader.verdict.shortfall
+    return BESIDE if is_exact and not may_keep else 1.0
 
 
 def _may_be_cured(history: History) -> bool:
