@@ -33,7 +33,7 @@ SHIFT = -0.01  # below the elastic modes (about 1 for a compact solid) and the s
 TOLERANCE = 1e-5  # of the modes of large models, see `davidson`
 # further modes, whose corrected frequency may be among the lowest, in small and in large models
 SPARE = 4, 2
-STEPS, RESIDUAL = 10, 0.08  # of conjugate gradients for what continuous functions add: limits
+STEPS, RESIDUAL = 10, 0.05  # of conjugate gradients for what continuous functions add: limits
 # estimated error of an eigenvalue: a factor of the squared error of the stress in the energy norm,
 # and a share of the correction, of which a few steps do not find all
 SAFETY, REST = 1.5, 0.175
