@@ -325,7 +325,7 @@ def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
 
 
 def test_a_finer_sweep_has_smaller_hexes():
-    surface = bored(48)
+    surface = bored(24)
     [plain] = propose(surface, size=1.0, curvature=0.04)
     options = {"size": 1.0, "curvature": 0.04, "finer": 2.0}
     [finer] = columns.propose("finer_sweep", surface, [plain], **options)

@@ -179,7 +179,7 @@ def test_levels_divide_the_profile_of_a_face_evenly():
         assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02)
 
 
-@pytest.mark.parametrize("share", [0.0, *DETAILS])
+@pytest.mark.parametrize("share", first_quick(2, DETAILS[::-1]))
 def test_vertices_at_merged_details_move_with_their_face(share):
     part, straight = stack(COUNTERSUNK, SIZES, UP)
     flat, part, full = section_of(straight.surface, part, SIZES)
