@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.config import compose
-from polycube.errors import InputError
+from polycube.errors import BadOption, InputError
 from polycube.hexmesh.background.arrangement import arrangement
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
@@ -334,6 +334,8 @@ def test_a_finer_sweep_has_smaller_hexes():
     assert np.array_equal(finer.blocks.vertices, halved.blocks.vertices)
     [ranked] = Registration()(surface, [finer])
     assert ranked.candidate is finer and len(plain.blocks.hexes) < len(finer.blocks.hexes)
+    with pytest.raises(BadOption, match="finer must be a number, above 0; got 0"):
+        columns.propose("finer_sweep", surface, finer=0.0)
 
 
 def test_a_swept_mesh_is_not_divided_again():

@@ -9,6 +9,7 @@ import numpy as np
 
 from polycube.registry import register
 from polycube.types import HexMesh, Tier, TriMesh
+from polycube.types.options import Positive
 
 from .options import ColumnStructure
 
@@ -77,7 +78,7 @@ class FinerSweep(Sweep):
 
     tier = Tier.FINER
 
-    finer: float = 1.33
+    finer: Positive = 1.33
 
     def _sizes(self, surface: TriMesh) -> Sizes:
         """Wanted sizes of the quads."""
