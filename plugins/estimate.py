@@ -25,9 +25,9 @@ EACH_FURTHER = 0.002  # work to improve one hex below the goal
 # ranking, and probability that one of them is the one to mesh
 PROPOSE = dict(zip(Tier, (1.0, 2.0, 10.0, 8.0, 2.0, 1.0), strict=True))
 SUCCESS = dict(zip(Tier, (0.9, 0.7, 0.7, 0.05, 0.7, 0.3), strict=True))
+LEARNED = 0.3  # the probability for learned structures of a surface without CAD faces
 REFUSED = 0.1  # factor for smaller exact hexes if there are none of the wanted size
 BESIDE = 0.2  # factor for structures without exact hexes if these have the best mesh
-LEARNED = 0.3  # the same for learned structures of a surface without CAD faces
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
 # features of a coarse polycube that fails in half of the cases: some, and more for each box
 FEATURES_OF_SOME, FEATURES_OF_BOX = 100, 2
@@ -91,7 +91,8 @@ def propose(move: Propose, history: History) -> Expected:
     success *= _beside(history, move.tier)
     if any(_is_untried(history, number) for number in range(len(history.ranked))):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
-    return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
+    left = _left(history, hexes, move.tier)
+    return Expected(success * left, PROPOSE[move.tier] + FEW + EACH * hexes)
 
 
 def _propose_finer(history: History) -> Expected:
@@ -101,7 +102,8 @@ def _propose_finer(history: History) -> Expected:
     if any(_is_untried(history, number) for number in exact) or _may_be_cured(history):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
     hexes = FINER_HEXES * max((_thousands(history, n) for n in exact), default=COARSE_HEXES)
-    return Expected(success * _left_by_finer(history), PROPOSE[Tier.FINER] + FEW + EACH * hexes)
+    left = _left(history, hexes, Tier.FINER)
+    return Expected(success * left, PROPOSE[Tier.FINER] + FEW + EACH * hexes)
 
 
 def mesh_structure(move: MeshStructure, history: History) -> Expected:
@@ -112,8 +114,7 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     thousands = _thousands(history, move.structure)
     work = FEW + EACH * thousands
     if not (move.variant and meshed):
-        is_finer = history.ranked[move.structure].candidate.tier == Tier.FINER
-        left = _left_by_finer(history) if is_finer else _left(history, thousands)
+        left = _left(history, thousands, history.ranked[move.structure].candidate.tier)
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
         return Expected(success * left, work)
     if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
@@ -207,17 +208,14 @@ def _is_untried(history: History, structure: int) -> bool:
     return is_exact and not history.of_structure(structure)
 
 
-def _left(history: History, thousands: float) -> float:
-    """Shortfall that a good mesh with so many hexes would remove."""
+def _left(history: History, thousands: float, tier: Tier) -> float:
+    """Shortfall that a good mesh of a tier with so many hexes would remove."""
+    if tier == Tier.FINER:
+        whole = {"validity": history.shortfall}
+        missed = history.leader.verdict.shortfall if history.leader else whole
+        return max(0.0, sum(missed.get(name, 0.0) for name in FINER_HELPS) - FINER_FLOOR)
     many = log2(max(1.0, 1000 * thousands / Goal.hexes))
     return max(0.0, history.shortfall - FLOOR - Goal.many * many)
-
-
-def _left_by_finer(history: History) -> float:
-    """Shortfall that a good mesh of smaller exact hexes would remove."""
-    missed = history.leader.verdict.shortfall if history.leader else {"validity": history.shortfall}
-    reduced = sum(value for name, value in missed.items() if name in FINER_HELPS)
-    return max(0.0, reduced - FINER_FLOOR)
 
 
 def _thousands(history: History, structure: int) -> float:

@@ -108,8 +108,7 @@ def write_results(
     clear_results(folder, settings, keeps_stages=True)
     with manifest.writing(folder) as scratch:
         _write_state(scratch, state, settings)
-        text = json.dumps(settings.composed, indent=1)
-        (scratch / "config.json").write_text(text, encoding="utf-8")
+        _write_json(scratch / "config.json", settings.composed)
     if state.hexes is not None and inspect(state.hexes, state.surface).is_sound:
         with manifest.writing(folder) as scratch:
             context = state.polycube.context if state.polycube else ()
@@ -117,8 +116,7 @@ def write_results(
             for export in exports:
                 provide(export, spline=state.spline)(named, scratch / "hex")
     with manifest.writing(folder) as scratch:
-        text = json.dumps(report, indent=1)
-        (scratch / "report.json").write_text(text, encoding="utf-8")
+        _write_json(scratch / "report.json", report)
     if "report" in settings.order:
         from polycube.report.page.html import write_report
 
@@ -165,3 +163,7 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
         is_curved = settings.files.has_curved_cells(n_elements)
         precision = settings.files.precision
         bezier.write_solution(folder, spline, state.solution, is_curved, precision)
+
+
+def _write_json(path: Path, value: Mapping[str, object]) -> None:
+    path.write_text(json.dumps(value, indent=1), encoding="utf-8")

@@ -59,10 +59,10 @@ class MeshStructure(Move):
 
     def __call__(self, history: History) -> Outcome:
         """Run the stages of the variant; a finer structure is compared with a cured mesh."""
-        task, has = history.task, bool(history.ranked)
-        entry = history.ranked[self.structure] if has else None
+        task = history.task
+        entry = history.ranked[self.structure] if history.ranked else None
         is_finer = entry is not None and entry.candidate.tier == Tier.FINER
-        start = history.start(self.structure) if has else task.start
+        start = history.start(self.structure) if entry else task.start
         stages = [*task.fit, *(task.cure if is_finer else ())]
         options = task.variants(entry)[self.variant]
         state, results = task.chain.run(stages, start, options)
