@@ -11,7 +11,7 @@ import torch
 
 from polycube.io.manifest import NAME
 from polycube.pipeline.resume.results import load_stage
-from tests.fixtures.killed_runs import Killed
+from tests.fixtures.killed_runs import Killed, Outcome
 from tests.fixtures.runs import FAST, check_complete, tree
 from tests.fixtures.trainings import SMALL
 
@@ -36,14 +36,25 @@ def killed() -> Iterator[Callable[[str], Killed]]:
         each.close()
 
 
-def moments(number: int, changes: int, seconds: float) -> Iterator[dict[str, float]]:
-    """Every other one before a use of a file, the others after a time."""
-    rng = np.random.default_rng(0)
-    for k in range(number):
+def kill(go_on: Callable[..., Outcome], whole: Outcome) -> Iterator[None]:
+    """Kill runs in turn before a use of a file and after a time.
+
+    The moments lie within the last run that ended, so that most of them come before its end.
+    """
+    rng, last, dead = np.random.default_rng(0), whole, 0
+    assert whole.code == 0, whole.output
+    for k in range(KILLS):
         if k % 2:
-            yield {"seconds": rng.uniform(0.05, seconds)}
+            ended = go_on(seconds=rng.uniform(0.05, max(last.seconds, 0.1)))
         else:
-            yield {"change": int(rng.integers(1, changes + 1))}
+            ended = go_on(change=int(rng.integers(1, last.changes + 1)))
+        assert ended.code in (0, -9), ended.output
+        if ended.code:
+            dead += 1
+        else:
+            last = ended
+        yield
+    assert dead >= KILLS // 2
 
 
 @pytest.mark.slow
@@ -51,21 +62,19 @@ def test_inference(killed, tmp_path: Path) -> None:
     """In one folder: the files are at last those of a run that nobody killed."""
     program, folder, whole = killed("infer"), tmp_path / "killed", tmp_path / "whole"
     done = program.run(whole, [*INFER, f"output_dir={whole}"])
-    assert done.code == 0, done.output
     folder.mkdir()
     (folder / "mine").write_text("mine")
-    dead = 0
-    for moment in moments(KILLS, done.changes, done.seconds):
-        ended = program.run(folder, [*INFER, f"output_dir={folder}"], **moment)
-        assert ended.code in (0, -9), ended.output
-        dead += ended.code == -9
+
+    def go_on(**moment: float) -> Outcome:
+        return program.run(folder, [*INFER, f"output_dir={folder}"], **moment)
+
+    for _ in kill(go_on, done):
         for name in check_complete(folder, {"mine"}):
             if name.startswith("stages/"):
                 load_stage(folder, Path(name).stem.replace(".", "/"))
             if name.endswith(".json"):
                 json.loads((folder / name).read_text())
-    assert dead >= KILLS // 2
-    last = program.run(folder, [*INFER, f"output_dir={folder}"])
+    last = go_on()
     assert last.code == 0, last.output
     assert (folder / "mine").read_text() == "mine"
     assert tree(folder) - {"mine"} == tree(whole)
@@ -81,24 +90,19 @@ def test_training(killed, tmp_path: Path) -> None:
     """It goes on from its last checkpoint: the weights are those of a training nobody killed."""
     program, folder, whole = killed("train"), tmp_path / "a" / "killed", tmp_path / "b" / "whole"
     done = program.run(whole, [*TRAIN, f"hydra.run.dir={whole}"])
-    assert done.code == 0, done.output
-    last, step, dead = folder / "checkpoints" / "last.ckpt", 0, 0
+    last, step = folder / "checkpoints" / "last.ckpt", 0
 
-    def go_on(**moment: float):
+    def go_on(**moment: float) -> Outcome:
         resume = ["ckpt=last"] if last.is_file() else []
         return program.run(folder, [*TRAIN, *resume, f"hydra.run.dir={folder}"], **moment)
 
-    for moment in moments(KILLS, done.changes, done.seconds):
-        ended = go_on(**moment)
-        assert ended.code in (0, -9), ended.output
-        dead += ended.code == -9
+    for _ in kill(go_on, done):
         if folder.exists():
             check_complete(folder)
         if last.is_file():
             reached = torch.load(last, weights_only=True)["global_step"]
             assert reached >= step
             step = reached
-    assert dead >= KILLS // 2
     ended = go_on()
     assert ended.code == 0, ended.output
     assert {name for name in tree(folder) if name.startswith(".polycube")} == set()
