@@ -12,13 +12,12 @@ import numpy as np
 
 from polycube.hexmesh.quality import boundary_edges
 from polycube.surface import closest
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import Features
 from polycube.surface.fit_target import Target, target
 from polycube.surface.measures import face_areas
 from polycube.types import Goal, HexMesh, TriMesh
 
 TOLERANCE = Goal.features  # of the diagonal: larger distances are never permitted
-STEP = 0.004  # of the diagonal: spacing of the samples of a curve
 MOST = 95  # per cent of the samples that must be close
 
 
@@ -71,7 +70,7 @@ def feature_distances(
     points, curves, faces = feature_sizes(goal)
     found = []
     for crease, size in zip(creases, curves, strict=True):
-        places = curve_samples(crease)
+        places = crease.samples
         middle = goal.to_model(places[len(places) // 2])
         gaps = closest.distance(edges, places)
         found.append(_feature("curve", crease.shape, crease.faces, middle, gaps, size))
@@ -87,32 +86,13 @@ def feature_distances(
     return found
 
 
-def curve_samples(crease: Crease) -> np.ndarray:
-    """(S, 3) points on a curve, evenly spaced."""
-    return crease.at(np.linspace(0, crease.length, 9 + int(crease.length / STEP)))[0]
-
-
 @lru_cache(maxsize=2)
 def feature_sizes(goal: Target) -> tuple[list[float], list[float], list[float]]:
     """Sizes of the points, curves and faces of a CAD part, as fractions of the diagonal."""
-    curves = [curve_size(crease) for crease in goal.features.creases]
+    curves = [crease.size for crease in goal.features.creases]
     points = [min(curves[number] for number in own) for own in points_of(goal.features).values()]
     areas = np.bincount(goal.surface.region, face_areas(goal.surface))
     return points, curves, np.sqrt(areas[np.unique(goal.surface.region)]).tolist()
-
-
-def curve_size(crease: Crease) -> float:
-    """Size of a curve: half the radius of a circle, else the extent."""
-    places = curve_samples(crease)
-    extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
-    if crease.shape != "circle":
-        return extent
-    if crease.is_loop:
-        return extent / 4
-    chord = float(np.linalg.norm(places[-1] - places[0]))
-    height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
-    radius = height / 2 + chord**2 / (8 * height) if height > 0 else extent
-    return min(radius / 2, extent)
 
 
 def points_of(features: Features) -> dict[int, list[int]]:

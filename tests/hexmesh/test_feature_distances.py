@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from polycube.hexmesh.feature_distances import Feature, curve_size
+from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
-from polycube.surface.curves.features import Crease
 from polycube.surface.measures import diagonal
 from polycube.types import Goal
 from tests.fixtures.hexmeshes import drilled_plate, drilled_plate_surface
 from tests.fixtures.polycubes import bar, cut
-from tests.fixtures.surfaces import box, circle, halved_box
+from tests.fixtures.surfaces import box, halved_box
 
 
 def test_a_mesh_of_the_part_loses_no_feature():
@@ -61,32 +60,6 @@ def test_the_limit_is_the_smaller_one():
     assert large.excess(Goal()) == pytest.approx(0.004 / 0.003)
     assert large.is_lost and large.excess(Goal(features=0.01)) < 1
     assert rim.excess(Goal(feature_share=0.5)) == pytest.approx(0.004 / 0.003)
-
-
-def polyline(points: np.ndarray) -> Crease:
-    """An open curve."""
-    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    return Crease(points, arc, np.full(len(points) - 1, np.pi / 2), (0, 1))
-
-
-@pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
-def test_the_size_of_an_arc_is_half_its_radius_but_not_more_than_its_extent(share):
-    angle = 2 * np.pi * share * np.linspace(0, 1, 101)
-    arc = polyline(0.3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
-    assert arc.shape == "circle"
-    extent = 0.6 * np.sin(np.pi * min(share, 0.5))
-    assert curve_size(arc) == pytest.approx(min(0.15, extent), rel=0.01)
-
-
-def test_the_size_of_another_curve_is_its_extent():
-    t = np.linspace(0, 1, 101)
-    line = polyline(np.stack([0.3 * t, 0.4 * t, 0 * t], axis=1))
-    assert curve_size(line) == pytest.approx(0.5)
-    wave = polyline(np.stack([0.5 * t, np.sin(12 * t) / 10, 0 * t], axis=1))
-    assert wave.shape == "curve"
-    extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
-    assert curve_size(wave) == pytest.approx(extent, rel=0.01)
-    assert curve_size(circle()) == pytest.approx(0.5, rel=0.01)
 
 
 def test_without_cad_faces_there_are_no_features():

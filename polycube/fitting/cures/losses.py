@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from polycube.hexmesh.feature_distances import MOST, curve_samples, feature_sizes, points_of
+from polycube.hexmesh.feature_distances import MOST, feature_sizes, points_of
 from polycube.hexmesh.inspection import SAMPLES
 from polycube.hexmesh.quality import triangles
 from polycube.surface import closest
@@ -36,7 +36,7 @@ class Samples:
 def samples_of(target: Target) -> Samples:
     """Points on all corners, curves and CAD faces of a target."""
     corners = [target.features.corners[[end]] for end in points_of(target.features)]
-    curves = [curve_samples(crease) for crease in target.features.creases]
+    curves = [crease.samples for crease in target.features.creases]
     points, _, cad_face = target.samples(SAMPLES)
     faces = [points[cad_face == face] for face in np.unique(cad_face[cad_face > 0])]
     each = [*corners, *curves, *faces]

@@ -8,7 +8,7 @@ others within the tolerance of a mesh.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -29,6 +29,7 @@ class Crease:
     ends: tuple[int, int]  # corners; (-1, -1) for a loop
     faces: tuple[int, int] = (0, 0)  # adjacent CAD faces, ascending; equal inside a face
     off: float = 0.0  # distance from the curves that it replaces
+    whole: Crease | None = None  # the curve of which it is a part
 
     @property
     def length(self) -> float:
@@ -39,6 +40,27 @@ class Crease:
     def shape(self) -> str:
         """Shape of the whole crease, see `shape_of`."""
         return shape_of(self.points)
+
+    @property
+    def samples(self) -> np.ndarray:
+        """(S, 3) points on the crease, evenly spaced."""
+        return self.at(np.linspace(0, self.length, 9 + int(self.length / STEP)))[0]
+
+    @cached_property
+    def size(self) -> float:
+        """Half the radius of a circle, or the extent of another crease; of a part, of the whole."""
+        if self.whole is not None:
+            return self.whole.size
+        places = self.samples
+        extent = float(np.linalg.norm(places[:, None] - places, axis=2).max())
+        if self.shape != "circle":
+            return extent
+        if self.is_loop:
+            return extent / 4
+        chord = float(np.linalg.norm(places[-1] - places[0]))
+        height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
+        radius = height / 2 + chord**2 / (8 * height) if height > 0 else extent
+        return min(radius / 2, extent)
 
     @property
     def is_loop(self) -> bool:
@@ -67,7 +89,10 @@ class Crease:
         inner = arc[(arc > start + EXACT * self.length) & (arc < end - EXACT * self.length)]
         arc = np.concatenate([[start], inner, [end]])
         inside = self.at((arc[1:] + arc[:-1]) / 2)[2]
-        return replace(self, points=self.at(arc)[0], arc=arc - start, inside=inside, ends=(0, 0))
+        points, whole = self.at(arc)[0], self.whole or self
+        return replace(
+            self, points=points, arc=arc - start, inside=inside, ends=(0, 0), whole=whole
+        )
 
     def nearest(
         self, points: np.ndarray, expected: np.ndarray | None = None

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.surface.curves.features import Crease, shape_of
+from tests.fixtures.surfaces import circle
 
 T = np.linspace(0, 1, 30)
 
@@ -57,3 +58,34 @@ def test_a_piece_of_a_loop_passes_its_seam(start):
     assert piece.length == 1
     assert piece.inside.tolist() == [4, 1]
     assert not piece.is_loop
+
+
+def polyline(points: np.ndarray) -> Crease:
+    """An open curve."""
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    return Crease(points, arc, np.full(len(points) - 1, np.pi / 2), (0, 1))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.75])
+def test_the_size_of_an_arc_is_half_its_radius_but_not_more_than_its_extent(share):
+    angle = 2 * np.pi * share * np.linspace(0, 1, 101)
+    arc = polyline(0.3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
+    assert arc.shape == "circle"
+    extent = 0.6 * np.sin(np.pi * min(share, 0.5))
+    assert arc.size == pytest.approx(min(0.15, extent), rel=0.01)
+
+
+def test_the_size_of_another_curve_is_its_extent():
+    t = np.linspace(0, 1, 101)
+    line = polyline(np.stack([0.3 * t, 0.4 * t, 0 * t], axis=1))
+    assert line.size == pytest.approx(0.5)
+    wave = polyline(np.stack([0.5 * t, np.sin(12 * t) / 10, 0 * t], axis=1))
+    assert wave.shape == "curve"
+    extent = np.linalg.norm(wave.points[:, None] - wave.points, axis=2).max()
+    assert wave.size == pytest.approx(extent, rel=0.01)
+    assert circle().size == pytest.approx(0.5, rel=0.01)
+
+
+@pytest.mark.parametrize("curve", [circle(), square(False)])
+def test_a_piece_has_the_size_of_the_whole_curve(curve):
+    assert curve.piece(0.5, 1.5).piece(0.2, 0.4).size == curve.size > 0.3
