@@ -34,13 +34,17 @@ SNAPPED = (0.05, 0.1)
 UNFOLD_WORSE = 1.2  # factor on the cost for vertices moved to their goals
 IN_ENVELOPE = SLIDING._replace(shape=1e-3)  # energy in the envelope
 BETAS = (30.0, 60.0, 120.0, 250.0)  # sharpness of the soft minimum, in sequence
-ROUNDS = 2  # rounds for each; closest points are updated once per round
-ITERATIONS = 20
+ROUNDS = 4  # rounds for each; closest points are updated once per round
+ITERATIONS = 5  # few, since the limits of vertices are updated with the closest points
 REACH = 0.25  # of the size: largest move of a vertex in a round, so that the surface is flat enough
 EVERY = np.eye(3)[None]  # all directions
+AT_LIMIT = 1 - 1e-6  # share of the permitted distance from which a vertex is at its limit
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 INSIDE = 0.95  # share used of the permitted distance from exact features, which goals change a bit
+
+# goals (N', 3), projectors (N' or 1, 3, 3) onto directions, and the permitted distances (N',) there
+Limit = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,10 +162,10 @@ def fit_in_envelope(
         offset = float(problem.scaled_jacobian(x).min())
         terms = IN_ENVELOPE._replace(beta=beta, offset=offset, floor=energy.bound(least))
         whole = halved_energy(x, problem.hexes, lengths, terms)
-        function = partial(_energy, free, whole)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
         limits = (x, EVERY, reach), (at.place(problem, x), _off(free, at), permitted)
+        function = partial(_energy, free, whole, limits)
         back = partial(reduce, _within_distance, limits)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))
@@ -172,9 +176,22 @@ def fit_in_envelope(
     return returned if returned.least >= least - WORSE else best, best
 
 
-def _energy(near: Neighbourhood, whole: Function, x: np.ndarray) -> tuple[float, np.ndarray]:
+def _energy(
+    near: Neighbourhood, whole: Function, limits: tuple[Limit, Limit], x: np.ndarray
+) -> tuple[float, np.ndarray]:
     value, gradient = whole(x)
-    return value, gradient * near.moves[:, None]
+    return value, reduce(partial(_inward, x), limits, gradient * near.moves[:, None])
+
+
+def _inward(x: np.ndarray, gradient: np.ndarray, limit: Limit) -> np.ndarray:
+    """Project the gradient so that vertices at their permitted distance do not move outwards.
+
+    Without this, a descent whose steps are limited afterwards comes to an end at the limits.
+    """
+    away, length, permitted = _away(x, limit)
+    outward = away / np.maximum(length, 1e-300)[:, None]
+    along = np.minimum((gradient * outward).sum(axis=1), 0) * (length > AT_LIMIT * permitted)
+    return gradient - along[:, None] * outward
 
 
 def _permitted_distance(
@@ -216,13 +233,15 @@ def _close_to_goals(
     return limited
 
 
-def _within_distance(x: np.ndarray, limit: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
-    """Limit positions to the permitted distance (N',) from goals (N', 3), in some directions.
-
-    limit : the goals, the projectors (N' or 1, 3, 3) onto the directions, and the distances
-    """
-    goal, off, permitted = limit
-    away = (off * (x - goal)[:, None]).sum(axis=2)
-    length = np.sqrt((away**2).sum(axis=1))
+def _within_distance(x: np.ndarray, limit: Limit) -> np.ndarray:
+    """Limit positions to the permitted distance from their goals, in some directions."""
+    away, length, permitted = _away(x, limit)
     excess = np.maximum(1 - permitted / np.maximum(length, 1e-300), 0)
     return x - excess[:, None] * away
+
+
+def _away(x: np.ndarray, limit: Limit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Offsets (N', 3) from the goals in the directions of a limit, lengths, and limits (N',)."""
+    goal, off, permitted = limit
+    away = (off * (x - goal)[:, None]).sum(axis=2)
+    return away, np.sqrt((away**2).sum(axis=1)), permitted

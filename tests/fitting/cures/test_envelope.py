@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.envelope import evaluated, fit_in_envelope
+from polycube.fitting.cures.envelope import _inward, _within_distance, evaluated, fit_in_envelope
 from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.fitting.snapping import goals_of
@@ -53,7 +53,7 @@ def test_vertices_at_the_limit_of_a_curve_do_not_spoil_the_fit(found):
 def test_each_vertex_has_its_own_envelope(near):
     start = near.problem.mesh.vertices
     width = np.where(np.arange(len(start)) % 2, 0.0015, 0.0)
-    found, _ = fit_in_envelope(near, AIM, width, none(near))
+    _, found = fit_in_envelope(near, AIM, width, none(near))
     allowed = np.maximum(width, away(near, start))
     assert (away(near, found.x) <= allowed + 1e-6).all()
     assert (away(near, found.x) > 0.0005).any()
@@ -99,3 +99,23 @@ def test_a_neighbourhood_without_boundary_is_improved():
     assert not len(inner.problem.outer)
     before = evaluated(inner, inner.problem.mesh.vertices, AIM)
     assert 0 < before.least < AIM <= fit_in_envelope(inner, AIM, 0.0005, none(inner))[0].least
+
+
+@pytest.mark.parametrize("across", [1, 2, 3])
+def test_a_projected_step_stays_within_the_limits_to_first_order(across):
+    """And it is the whole step for vertices that are inside, or move inwards."""
+    rng = np.random.default_rng(across)
+    axes = np.linalg.qr(rng.standard_normal((40, 3, 3)))[0][:, :, :across]
+    off = axes @ axes.transpose(0, 2, 1)
+    goal, step = rng.standard_normal((2, 40, 3))
+    limit = goal, off, rng.uniform(0.5, 2, 40)
+    x = _within_distance(goal + 2 * rng.standard_normal((40, 3)), limit)
+    inward = _inward(x, step, limit)
+    for length in (1e-3, 1e-4):
+        moved = x - length * inward
+        assert abs(_within_distance(moved, limit) - moved).max() < 60 * length**2
+    same = (inward == step).all(axis=1)
+    away = np.einsum("vij,vj->vi", off, x - goal)
+    at_limit = np.linalg.norm(away, axis=1) > 0.999 * limit[2]
+    outwards = np.einsum("vi,vi->v", away, -step) > 0
+    assert (same == ~(at_limit & outwards)).all() and 0 < same.sum() < 40
