@@ -17,7 +17,6 @@ from polycube.surface import arc_length as sliding
 from polycube.surface.curves.features import Crease, covered
 from polycube.surface.fit_target import ALPHA, FREE
 from polycube.surface.measures import curved_faces
-from polycube.types import Goal
 
 # weight of the difference of unit normals, a length in diagonals, for vertices close by
 NEAR = 0.04
@@ -133,13 +132,12 @@ def on_curved(problem: FitProblem, matching: Matching) -> np.ndarray:
 def with_tolerances(matching: Matching, n_vertices: int) -> Matching:
     """The same matching with permitted distances of the vertices (V,) from the features.
 
-    The distance is smaller at small curves. It is reduced by the chord error of edges between
-    vertices on a curve, and by the distance from other curves that share the path.
+    The distance is reduced by the chord error of edges between vertices on a curve, and by the
+    distance from other curves that share the path.
     """
     allowed = np.full(n_vertices, ALLOWED)
     for route in matching.routes:
-        share = min(1.0, Goal.feature_share * route.crease.size / Goal.features)
-        left = max(share * ALLOWED - route.sagitta - route.crease.off, share * NEAREST)
+        left = max(ALLOWED - route.sagitta - route.crease.off, NEAREST)
         allowed[route.vertices] = np.minimum(allowed[route.vertices], left)
     return replace(matching, allowed=allowed)
 

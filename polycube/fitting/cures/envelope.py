@@ -21,6 +21,7 @@ from polycube.fitting.problem import KEPT, RESHAPED
 from polycube.fitting.snapping import goals_of, snap
 from polycube.fitting.springs import pull
 from polycube.numerics.lbfgs import descend
+from polycube.types import Goal
 
 WEIGHTS = (1.0, 10.0, 100.0)  # weights of the boundary while a sheet unfolds
 SLACK = 0.01  # share of these weights along the surface
@@ -42,7 +43,6 @@ AT_LIMIT = 1 - 1e-6  # share of the permitted distance from which a vertex is at
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
 INSIDE = 0.95  # share used of the permitted distance from exact features, which goals change a bit
-
 # goals (N', 3), projectors (N' or 1, 3, 3) onto directions, and the permitted distances (N',) there
 Limit = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -184,10 +184,7 @@ def _energy(
 
 
 def _inward(x: np.ndarray, gradient: np.ndarray, limit: Limit) -> np.ndarray:
-    """Project the gradient so that vertices at their permitted distance do not move outwards.
-
-    Without this, a descent whose steps are limited afterwards comes to an end at the limits.
-    """
+    """Project a gradient: vertices at their limit do not move outwards, which ends a descent."""
     away, length, permitted = _away(x, limit)
     outward = away / np.maximum(length, 1e-300)[:, None]
     along = np.minimum((gradient * outward).sum(axis=1), 0) * (length > AT_LIMIT * permitted)
@@ -197,12 +194,18 @@ def _inward(x: np.ndarray, gradient: np.ndarray, limit: Limit) -> np.ndarray:
 def _permitted_distance(
     near: Neighbourhood, gap: np.ndarray, width: float | np.ndarray
 ) -> np.ndarray:
-    """(N',) permitted distance of each vertex from its goal, from its present distance (N',)."""
+    """(N',) permitted distance of each vertex from its goal, from its present distance (N',).
+
+    It is smaller at small curves, which count as lost beyond a share of their size.
+    """
     allowed = near.matching.allowed
     assert allowed is not None  # the matching is exact
     permitted = np.full(len(gap), width)
     on_feature = np.append(near.matching.curve, near.matching.corner)
     permitted[on_feature] = np.minimum(width, INSIDE * allowed)[on_feature]
+    for route in near.matching.routes:
+        own, share = route.vertices, Goal.feature_share * route.crease.size / Goal.features
+        permitted[own] = np.minimum(permitted[own], INSIDE * share * allowed[own])
     return np.maximum(permitted, gap)
 
 

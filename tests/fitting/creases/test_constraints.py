@@ -74,16 +74,6 @@ def test_chord_error_reduces_the_permitted_distance():
     assert allowed[25:45] == pytest.approx(0.0025 - small.sagitta)
 
 
-@given(length=st.floats(1e-3, 1.0))
-def test_small_curves_permit_a_share_of_their_size(length):
-    points = np.array([[0.0, 0, 0], [length, 0, 0]])
-    line = Crease(points, np.array([0, length]), np.ones(1), (0, 1))
-    piece = Route(line.piece(0.2 * length, 0.3 * length), np.arange(2))
-    matching = Matching((piece,), np.zeros(0, int), np.zeros((0, 3)))
-    allowed = with_tolerances(matching, 3).allowed
-    assert allowed == pytest.approx([min(0.0025, length / 6)] * 2 + [0.0025])
-
-
 def test_a_ball_has_nothing_to_match():
     problem, x = cube_body(trimesh.creation.icosphere(subdivisions=2))
     matching = match(problem, x)

@@ -1,9 +1,17 @@
 """A neighbourhood with its boundary in an envelope of the surface."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from polycube.fitting.cures.envelope import _inward, _within_distance, evaluated, fit_in_envelope
+from polycube.fitting.cures.envelope import (
+    _inward,
+    _permitted_distance,
+    _within_distance,
+    evaluated,
+    fit_in_envelope,
+)
 from polycube.fitting.cures.fitted import fitted
 from polycube.fitting.cures.neighbourhood import neighbourhood
 from polycube.fitting.snapping import goals_of
@@ -119,3 +127,19 @@ def test_a_projected_step_stays_within_the_limits_to_first_order(across):
     at_limit = np.linalg.norm(away, axis=1) > 0.999 * limit[2]
     outwards = np.einsum("vi,vi->v", away, -step) > 0
     assert (same == ~(at_limit & outwards)).all() and 0 < same.sum() < 40
+
+
+@pytest.mark.parametrize("size", [1e-3, 5e-3, 1.0])
+def test_small_curves_permit_a_share_of_their_size(near, size):
+    line = replace(near.matching.routes[0].crease, points=np.array([[0.0, 0, 0], [size, 0, 0]]))
+    line = replace(line, arc=np.array([0, size]), inside=np.ones(1), whole=None)
+    routes = [replace(r, crease=replace(r.crease, whole=line)) for r in near.matching.routes]
+    small = replace(near, matching=replace(near.matching, routes=tuple(routes)))
+    none_yet = np.zeros(len(near.moves))
+    found = _permitted_distance(small, none_yet, 0.0015)
+    on = np.concatenate([route.vertices for route in routes])
+    allowed = 0.95 * near.matching.allowed[on]
+    expected = np.minimum(0.0015, allowed * min(1, 0.2 * size / 0.003))
+    assert found[on] == pytest.approx(expected)
+    assert (np.delete(found, on) == 0.0015).all()
+    assert (_permitted_distance(small, none_yet + 0.01, 0.0015) == 0.01).all()
