@@ -37,7 +37,7 @@ class Feature:
 
     def limit(self, goal: Goal) -> float:
         """Largest distance that a goal permits, as a fraction of the diagonal."""
-        return min(goal.features, goal.feature_share * self.size)
+        return float(goal.limit(self.size))
 
     def excess(self, goal: Goal) -> float:
         """Distance relative to the permitted one; the feature is lost if it is larger than 1."""

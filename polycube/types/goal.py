@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from polycube.types.options import Share
 
 
@@ -64,3 +66,7 @@ class Goal:
     many: float = 0.05
     # below this scaled Jacobian a hex gets most of the work of an improvement
     weak_jacobian: ClassVar[float] = 0.35
+
+    def limit(self, size: np.ndarray | float) -> np.ndarray:
+        """Permitted distances of features of given sizes, as shares of the diagonal."""
+        return np.minimum(self.features, self.feature_share * size)

@@ -204,7 +204,7 @@ def _permitted_distance(
     on_feature = np.append(near.matching.curve, near.matching.corner)
     permitted[on_feature] = np.minimum(width, INSIDE * allowed)[on_feature]
     for route in near.matching.routes:
-        own, share = route.vertices, Goal.feature_share * route.crease.size / Goal.features
+        own, share = route.vertices, Goal().limit(route.crease.size) / Goal.features
         permitted[own] = np.minimum(permitted[own], INSIDE * share * allowed[own])
     return np.maximum(permitted, gap)
 

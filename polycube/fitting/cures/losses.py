@@ -44,7 +44,7 @@ def samples_of(target: Target) -> Samples:
     kind = np.repeat([POINT, CURVE, FACE], [len(corners), len(curves), len(faces)])
     feature = np.repeat(np.arange(len(each)), count)
     sizes = np.concatenate(feature_sizes(target))
-    factor = np.maximum(1, Goal.features / (Goal.feature_share * sizes))
+    factor = Goal.features / Goal().limit(sizes)
     points = np.concatenate([np.zeros((0, 3)), *each])
     return Samples(points, kind[feature], feature, factor[feature])
 
