@@ -21,12 +21,11 @@ EACH = 0.8  # work to mesh a thousand hexes
 CURE = 0.2  # work to improve any mesh
 EACH_CURE = 0.02  # work to improve one poor hex
 EACH_FURTHER = 0.002  # work to improve one hex below the goal
-# of exact, finer, coarse, learned, fine and last structures: work to propose them, with their
-# ranking, and probability that one of them is the one to mesh
-PROPOSE = dict(zip(Tier, (1.0, 2.0, 10.0, 8.0, 2.0, 1.0), strict=True))
-SUCCESS = dict(zip(Tier, (0.9, 0.7, 0.7, 0.05, 0.7, 0.3), strict=True))
+# of exact, coarse, learned, fine and last structures: work to propose them, with their ranking, and
+# probability that one of them is the one to mesh
+PROPOSE = dict(zip(Tier, (1.0, 10.0, 8.0, 2.0, 1.0), strict=True))
+SUCCESS = dict(zip(Tier, (0.9, 0.7, 0.05, 0.7, 0.3), strict=True))
 LEARNED = 0.3  # the probability for learned structures of a surface without CAD faces
-REFUSED = 0.1  # factor for smaller exact hexes if there are none of the wanted size
 BESIDE = 0.2  # factor for structures without exact hexes if these have the best mesh
 MANY_FEATURES = 250  # features of a part that is as likely to need a fine lattice as a coarse one
 # features of a coarse polycube that fails in half of the cases: some, and more for each box
@@ -35,9 +34,7 @@ CELLS_OF_FEATURE = 25.0  # cells for each feature of a fine lattice that keeps h
 LAYERS = 1.4  # hexes for each cell of a fine lattice, with the layers under its boundary
 COARSE_HEXES = 3.0  # thousands of hexes of a coarse structure
 FINE_HEXES = 10.0  # thousands of hexes of a fine lattice
-FINER_HEXES = 1.6  # factor on the number of exact hexes if they are smaller
 FLOOR = 0.15  # shortfall that typically remains
-FINER_FLOOR = 0.08  # the same with smaller exact hexes, of what these can reduce
 SCORE = 9.0  # ranking score of a structure whose mesh succeeds in half of the cases
 ANOTHER = 0.7  # factor on the probability for each structure of the same tier that was meshed
 # share of each part of the shortfall that another variant is expected to remove
@@ -52,7 +49,6 @@ MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by i
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.8  # factor on it if the mesh lost features and may be replaced
 AGAIN = 0.3  # probability that smaller hexes keep the lost features
-FINER_HELPS = "validity", "scaled_jacobian"  # shortfall that exact smaller hexes reduce
 SMALLER = 2.0  # factor on the work of a mesh with smaller hexes
 FINE_ANYWAY = 0.05  # factor on the probability of a fine lattice for a part with few features
 TINY = 1e-9  # gain of the last resort if there is no mesh, so that it follows all other moves
@@ -78,8 +74,6 @@ class Rules(Estimate):
 
 def propose(move: Propose, history: History) -> Expected:
     """Structures of a tier, and the mesh of the best of them."""
-    if move.tier == Tier.FINER:
-        return _propose_finer(history)
     success, hexes = SUCCESS[move.tier], COARSE_HEXES
     many = _features(history) / MANY_FEATURES
     if not many and move.tier == Tier.LEARNED:
@@ -91,19 +85,8 @@ def propose(move: Propose, history: History) -> Expected:
     success *= _beside(history, move.tier)
     if any(_is_untried(history, number) for number in range(len(history.ranked))):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
-    left = _left(history, hexes, move.tier)
+    left = _left(history, hexes)
     return Expected(success * left, PROPOSE[move.tier] + FEW + EACH * hexes)
-
-
-def _propose_finer(history: History) -> Expected:
-    """The sweep with smaller hexes: for poor hexes that the cure left."""
-    exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
-    success = SUCCESS[Tier.FINER] * (1 if exact else REFUSED)
-    if any(_is_untried(history, number) for number in exact) or _may_be_cured(history):
-        success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
-    hexes = FINER_HEXES * max((_thousands(history, n) for n in exact), default=COARSE_HEXES)
-    left = _left(history, hexes, Tier.FINER)
-    return Expected(success * left, PROPOSE[Tier.FINER] + FEW + EACH * hexes)
 
 
 def mesh_structure(move: MeshStructure, history: History) -> Expected:
@@ -114,7 +97,7 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     thousands = _thousands(history, move.structure)
     work = FEW + EACH * thousands
     if not (move.variant and meshed):
-        left = _left(history, thousands, history.ranked[move.structure].candidate.tier)
+        left = _left(history, thousands)
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
         return Expected(success * left, work)
     if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
@@ -178,7 +161,7 @@ def _success(history: History, structure: int) -> float:
         return success * boxes / (boxes + CELLS_OF_FEATURE * features)
     if candidate.blocks is None:
         success /= 1 + (features / (FEATURES_OF_SOME + FEATURES_OF_BOX * boxes)) ** 2
-    return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.FINER else success
+    return success / (1 + (score / SCORE) ** 2) if candidate.tier > Tier.EXACT else success
 
 
 def _beside(history: History, tier: Tier) -> float:
@@ -187,19 +170,11 @@ def _beside(history: History, tier: Tier) -> float:
     If it lost features, few boxes may keep them.
     """
     leader = history.leader
-    if leader is None or not history.ranked or tier <= Tier.FINER:
+    if leader is None or not history.ranked or tier == Tier.EXACT:
         return 1.0
-    is_exact = history.ranked[leader.state.chosen].candidate.tier <= Tier.FINER
+    is_exact = history.ranked[leader.state.chosen].candidate.tier == Tier.EXACT
     may_keep = tier < Tier.FINE and "features" in leader.verdict.shortfall
     return BESIDE if is_exact and not may_keep else 1.0
-
-
-def _may_be_cured(history: History) -> bool:
-    """Whether the poor hexes of the best mesh can still be improved."""
-    from polycube.search.moves import Cure
-
-    best = [Cure(history.leader.number)] if history.leader else []
-    return any(cure in best and cure not in history.moves for cure in Cure.possible(history))
 
 
 def _is_untried(history: History, structure: int) -> bool:
@@ -208,12 +183,8 @@ def _is_untried(history: History, structure: int) -> bool:
     return is_exact and not history.of_structure(structure)
 
 
-def _left(history: History, thousands: float, tier: Tier) -> float:
-    """Shortfall that a good mesh of a tier with so many hexes would remove."""
-    if tier == Tier.FINER:
-        whole = {"validity": history.shortfall}
-        missed = history.leader.verdict.shortfall if history.leader else whole
-        return max(0.0, sum(missed.get(name, 0.0) for name in FINER_HELPS) - FINER_FLOOR)
+def _left(history: History, thousands: float) -> float:
+    """Shortfall that a good mesh with so many hexes would remove."""
     many = log2(max(1.0, 1000 * thousands / Goal.hexes))
     return max(0.0, history.shortfall - FLOOR - Goal.many * many)
 

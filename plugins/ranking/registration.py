@@ -71,7 +71,7 @@ class Registration:
         same = [c for c in solid if genus_of(c.polycube, c.blocks) == wanted]
         ranked = []
         coarse = self._coarse([c for c in same if c.tier < Tier.FINE])
-        if len(coarse) == 1 and coarse[0].tier <= Tier.FINER and coarse[0].blocks is not None:
+        if len(coarse) == 1 and coarse[0].tier == Tier.EXACT and coarse[0].blocks is not None:
             ranked, coarse = [_unregistered(coarse[0])], []
         for proposal in dict.fromkeys(c.proposal for c in coarse):
             own = sorted((c for c in coarse if c.proposal == proposal), key=lambda c: c.cost)

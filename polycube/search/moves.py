@@ -58,14 +58,12 @@ class MeshStructure(Move):
                     break
 
     def __call__(self, history: History) -> Outcome:
-        """Run the stages of the variant; a finer structure is compared with a cured mesh."""
+        """Run the stages of the variant."""
         task = history.task
         entry = history.ranked[self.structure] if history.ranked else None
-        is_finer = entry is not None and entry.candidate.tier == Tier.FINER
         start = history.start(self.structure) if entry else task.start
-        stages = [*task.fit, *(task.cure if is_finer else ())]
         options = task.variants(entry)[self.variant]
-        state, results = task.chain.run(stages, start, options)
+        state, results = task.chain.run(task.fit, start, options)
         return history.add(self, state, results, options)
 
     def describe(self, history: History) -> str:

@@ -77,11 +77,10 @@ class Tier(IntEnum):
     """How a structure is meshed, and when: groups of structures that are proposed together."""
 
     EXACT = 0  # hexes of the wanted size, on all curves and faces
-    FINER = 1  # the same with smaller hexes
-    COARSE = 2  # polycubes of few boxes, or blocks
-    LEARNED = 3  # coarse structures proposed by a network
-    FINE = 4  # lattices with cells of the size of the hexes
-    LAST = 5  # substitutes whose genus is not that of the part
+    COARSE = 1  # polycubes of few boxes, or blocks
+    LEARNED = 2  # coarse structures proposed by a network
+    FINE = 3  # lattices with cells of the size of the hexes
+    LAST = 4  # substitutes whose genus is not that of the part
 
 
 @dataclass(frozen=True, eq=False)

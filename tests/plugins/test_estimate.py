@@ -103,23 +103,6 @@ def test_exact_hexes_are_meshed_before_other_structures_are_proposed():
     assert failed.gain > waits.gain and failed.work == waits.work
 
 
-def test_smaller_exact_hexes_are_for_what_the_cure_leaves():
-    cures = [Stage("meshing/cure", Fill())]
-    found = knows(structure(1.0, Tier.EXACT))
-    found.task = replace(found.task, cure=cures)
-    untried = RULES(Propose(Tier.FINER), found).gain
-    first = missed(found, scaled_jacobian=1.0)
-    waits = RULES(Propose(Tier.FINER), found).gain
-    assert 0 < waits < untried
-    found.moves.append(Cure(first.number))
-    cured = RULES(Propose(Tier.FINER), found)
-    assert cured.gain == pytest.approx(10 * waits)
-    assert cured.gain / cured.work > rate(Propose(Tier.COARSE), found)
-    found.leader = missed(found, features=1.0, warnings=1.0)
-    assert RULES(Propose(Tier.FINER), found).gain == 0
-    assert 0 < rate(Propose(Tier.FINER), knows()) < rate(Propose(Tier.COARSE), knows())
-
-
 @pytest.mark.parametrize("tier", [Tier.COARSE, Tier.LEARNED, Tier.FINE])
 def test_other_structures_rarely_beat_exact_hexes(tier):
     moves = [Propose(tier), MeshStructure(1, 0)]

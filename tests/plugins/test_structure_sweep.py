@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from polycube.config import compose
-from polycube.errors import BadOption, InputError
+from polycube.errors import InputError
 from polycube.hexmesh.background.arrangement import arrangement
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
@@ -322,20 +322,6 @@ def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
     [ranked] = Registration()(surface, [candidate])
     assert ranked.candidate is candidate and genus(ranked.hexes) == 1
     assert (candidate.tier, candidate.variants) == (Tier.EXACT, "sweep")
-
-
-def test_a_finer_sweep_has_smaller_hexes():
-    surface = bored(24)
-    [plain] = propose(surface, size=1.0, curvature=0.04)
-    options = {"size": 1.0, "curvature": 0.04, "finer": 2.0}
-    [finer] = columns.propose("finer_sweep", surface, [plain], **options)
-    [halved] = propose(surface, size=0.5, curvature=0.01)
-    assert (finer.tier, finer.proposal, finer.variants) == (Tier.FINER, "sweep", "sweep")
-    assert np.array_equal(finer.blocks.vertices, halved.blocks.vertices)
-    [ranked] = Registration()(surface, [finer])
-    assert ranked.candidate is finer and len(plain.blocks.hexes) < len(finer.blocks.hexes)
-    with pytest.raises(BadOption, match="finer must be a number, above 0; got 0"):
-        columns.propose("finer_sweep", surface, finer=0.0)
 
 
 def test_a_swept_mesh_is_not_divided_again():

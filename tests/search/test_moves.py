@@ -110,16 +110,6 @@ def test_only_fitted_meshes_that_were_not_cured_are_cured():
     assert now(without, Cure) == []
 
 
-def test_smaller_exact_hexes_are_cured_at_once():
-    """They are compared with a cured mesh."""
-    ranked = [structure(1.0, Tier.EXACT), structure(1.0, Tier.FINER)]
-    found = history(FILL, cure=CURE, start=RunState(TETRAHEDRON), ranked=ranked)
-    made(found, MeshStructure(0, 0), MeshStructure(1, 0))
-    assert [found.is_cured(each) for each in found.outcomes] == [False, True]
-    assert [size(each.state) for each in found.outcomes] == [1, 2]
-    assert now(found, Cure) == [Cure(0)]
-
-
 @dataclass(frozen=True)
 class Keep:
     def __call__(self, surface: TriMesh, hexes: HexMesh) -> HexMesh:

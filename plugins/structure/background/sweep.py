@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from polycube.registry import register
-from polycube.types import HexMesh, Tier, TriMesh
-from polycube.types.options import Positive
+from polycube.types import HexMesh, TriMesh
 
 from .options import ColumnStructure
 
@@ -62,28 +61,6 @@ class Sweep(ColumnStructure):
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)
-
-
-@register("structure", "finer_sweep")
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FinerSweep(Sweep):
-    """Sweep smaller hexes, which may have better shapes where faces are narrow or meet sharply.
-
-    It is for parts whose sweep keeps poor hexes.
-
-    Parameters
-    ----------
-    finer : factor by which hexes are smaller; their distance from curves is smaller by its square
-    """
-
-    tier = Tier.FINER
-
-    finer: Positive = 1.33
-
-    def _sizes(self, surface: TriMesh) -> Sizes:
-        """Wanted sizes of the quads."""
-        sizes = super()._sizes(surface)
-        return replace(sizes, size=sizes.size / self.finer, chord=sizes.chord / self.finer**2)
 
 
 @register("structure", "bent")
