@@ -43,6 +43,7 @@ COUNTERSUNK = revolved((0, 2), (0, 6), (3, 6), (3, 2.5), (2.5, 2))
 SCREW_HOLE = revolved((0, 2), (0, 9), (6, 9), (6, 5), (3, 2))  # a wide cone
 SHOULDER = revolved((0, 2), (0, 6), (2, 6), (2.5, 5), (6, 5), (6, 2))
 DRILLED = revolved((0, 0), (0, 6), (6, 6), (6, 2), (3, 2), (2, 0))
+GROOVED = revolved((0, 2), (0, 6), (2, 6), (3, 5), (4, 6), (6, 6), (6, 2))
 ROOF = revolved((0, 5), (0, 6), (1.5, 6), (2, 5.5), (1.5, 5))  # two cones meet
 
 
@@ -112,6 +113,13 @@ def test_round_faces_keep_their_angles(surface):
     assert np.unique(np.linalg.norm(part.vertices[:, :2], axis=1).round(6)).tolist() == [2, 6]
 
 
+def test_a_groove_of_two_cones_is_filled():
+    part = set_upright(GROOVED, UP)
+    radius = np.linalg.norm(part.surface.vertices[:, :2], axis=1)
+    assert np.unique(radius.round(6)).tolist() == [2, 6]
+    assert part.is_over.sum() == part.is_changed.sum() == 4 * 48
+
+
 @pytest.mark.parametrize(
     ("surface", "heights"),
     [(SCREW_HOLE, [0, 6]), (SHOULDER, [0, 2, 6]), (DRILLED, [0, 3, 6])],
@@ -132,10 +140,11 @@ def test_faces_that_cannot_be_walls_become_planes(surface, heights):
             (SCREW_HOLE, 0.3, 1e-3),
             (SHOULDER, 0.3, 1e-3),
             (ROOF, 0.5, 1e-3),
+            (GROOVED, 0.5, 1e-3),
             (FILLETED, 0.5, 5e-3),  # two chords of its four
         ],
     ),
-    ids=["countersunk", "a wide cone", "a shoulder", "a roof", "a fillet"],
+    ids=["countersunk", "a wide cone", "a shoulder", "a roof", "a groove", "a fillet"],
 )
 def test_hexes_fill_the_part_and_have_all_its_curves(surface, least, error):
     placed = replace(surface, vertices=3 * surface.vertices @ TURN.T + 7)

@@ -14,6 +14,7 @@ from polycube.types import TriMesh
 NARROW = 0.5  # smallest width of a face, relative to that of its profile, that counts
 QUARTILE = 0.75  # share of the vertices of a face where it is narrower than its profile
 BULGE = 1.01  # distance from a border, relative to that of both, of a face that is not between them
+PLUMB = 0.1  # largest run of a face between two walls one over the other, relative to its rise
 SHALLOW = 0.25  # smallest slope of a face that becomes a wall
 WIDE = 0.5  # largest width of a face that becomes a wall round a hole, relative to its radius
 LEVEL = 1e-2  # largest slope of a curve at constant height
@@ -186,12 +187,14 @@ def set_upright(
     heights = [at[border.vertices, 2].mean() for border in borders]
     size = [lengths(before[border.vertices, :2])[-1] for border in borders]
     at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
-    if len(borders) == 1 or all(at_wall):
+    base = at_wall.index(True) if any(at_wall) else 0
+    if not (is_flat := len(borders) == 1):
+        top, foot = borders[1 - base], over(at, before, face, base)
+        run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
+        is_flat = all(at_wall) and run > PLUMB * (heights[1] - heights[0])
+    if is_flat:
         at[used, 2] = heights[int(np.argmax(size))]
         return False
-    base = at_wall.index(True) if any(at_wall) else 0
-    top, foot = borders[1 - base], over(at, before, face, base)
-    run = np.linalg.norm(foot - at[:, :2], axis=1)[top.vertices].mean()
     most = (heights[1] - heights[0]) / SHALLOW
     if is_loop(top.vertices):
         most = min(most, WIDE * size[base] / (2 * np.pi))
