@@ -170,6 +170,26 @@ def test_a_convex_rounding_is_made_square_at_half_its_turn():
     assert measures.volume(part.surface) == pytest.approx(measures.volume(square), rel=1e-3)
 
 
+@pytest.mark.parametrize("chord", [0.02, 0.05])
+def test_the_chords_beside_the_edge_of_a_square_rounding_are_short_enough(chord):
+    """Two of three rows become one; each is half as wide as both, or as the chord permits."""
+    turn = np.linspace(0, np.pi / 2, 33)
+    round_ = zip(2 + np.sin(turn), 5 + np.cos(turn), strict=True)
+    surface = joined(revolved((0, 2), (0, 6), *round_, (3, 2)), 3, 34)
+    sizes = replace(SIZES, chord=chord)
+    part = upright(surface, measures.twins(surface.faces), UP, 1e-4, sizes)
+    radius = np.linalg.norm(surface.vertices[:, :2], axis=1)
+    is_own = np.isin(np.arange(len(radius)), surface.faces[part.is_changed])
+    angle = np.arctan2(surface.vertices[:, 2] - 2, radius - 5)[is_own]
+    height = part.places[is_own, 2]
+    order = np.lexsort((height, angle))
+    found = np.interp(2 + 1 / 3, height[order], angle[order])
+    within = 2 * np.arccos(1 - 0.6 * chord)
+    assert found == pytest.approx(np.pi / 4 - max(np.pi / 8, within), abs=0.02)
+    even = 2 + np.minimum(angle / (np.pi / 4), 1)
+    assert part.surface.vertices[is_own, 2] == pytest.approx(even, abs=0.01)
+
+
 def test_a_concave_rounding_is_set_upright_as_a_whole():
     part = set_upright(HUB, UP)
     assert not part.is_cap[part.is_changed].any()
@@ -184,8 +204,8 @@ def test_levels_divide_the_profile_of_a_face_evenly():
     run = (1 - np.cos(angle)) * width
     for top in (width, np.ones(61)):
         at = np.stack([run * top / width, run * 0], axis=1)
-        levels = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, 0.1)
-        assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02)
+        levels, least = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, 0.1)
+        assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02) and 1 < least < 2
 
 
 @pytest.mark.parametrize("share", first_quick(2, DETAILS[::-1]))

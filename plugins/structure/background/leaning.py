@@ -146,8 +146,10 @@ def divided(value: np.ndarray, faces: np.ndarray, limit: float) -> np.ndarray:
 
 def between(
     heights: np.ndarray, foot: np.ndarray, top: np.ndarray, at: np.ndarray, most: float
-) -> np.ndarray:
+) -> tuple[np.ndarray, float]:
     """(N,) heights that divide the profile of a face evenly, so that its chords are close to it.
+
+    Also returns the number of chords, not rounded, whose distance from it is the largest permitted.
 
     A face that is wider at corners has the profile of its upper quartile; narrow ends do not count.
 
@@ -165,9 +167,9 @@ def between(
     low, high = profile[[0, -1]]
     chord = np.broadcast_to(high - low, profile.shape)
     off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
-    number = int(np.ceil(np.sqrt(off / most) - 0.05))  # a chord is as far as its squared length
-    arc = lengths(profile)
-    return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0])
+    least = float(np.sqrt(off / most))  # a chord is as far as its squared length
+    number, arc = int(np.ceil(least - 0.05)), lengths(profile)
+    return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0]), least
 
 
 def set_upright(

@@ -45,7 +45,7 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
     at_face = np.isin(region, straight.surface.region[straight.is_changed])
     own, limit = np.full(len(x), near), np.full(len(x), near)
     own[mesh.quads[at_face]], limit[rim] = merged, merged
-    places, faces = straight.surface.vertices, surface.faces[straight.is_changed]
+    places, faces = straight.places, surface.faces[straight.is_changed]
     shift = (surface.vertices - places)[faces]
     at, face, weight = closest.closest(closest.tree(places[faces]), x[outer])
     on_face = np.linalg.norm(at - x[outer], axis=1) < own[outer]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from polycube.hexmesh.background.curves import Sizes
 from polycube.surface.measures import half_edges, triangle_vectors
 from polycube.types import TriMesh
 
@@ -13,19 +14,19 @@ UNEVEN = 0.15  # largest rise of an end on a round wall, relative to that of the
 
 
 def squared_rib(
-    at: np.ndarray, before: np.ndarray, face: Leaning, size: float, chord: float
+    at: np.ndarray, before: np.ndarray, face: Leaning, sizes: Sizes
 ) -> SquaredOff | None:
     """Make the back of a rib square, in place; None, without changes, if the face is none.
 
     at, before : (V, 3) vertices in the frame, now and before any face was set
-    size, chord : wanted length of edges, and their largest distance from the back
+    sizes : wanted length of edges, and their largest distance from the back
     """
-    if not is_back(before, face, size):
+    if not is_back(before, face, sizes.size):
         return None
     ends = [before[border.vertices].mean(axis=0) for border in face.borders]
-    rows = max(2, round(float(np.linalg.norm(ends[1] - ends[0])) / size))
+    rows = max(2, round(float(np.linalg.norm(ends[1] - ends[0])) / sizes.size))
     is_below = triangle_vectors(before[face.faces])[:, 2].sum() < 0
-    return squared_off(at, before, face, int(is_below), chord, False, np.zeros(0, int), rows)
+    return squared_off(at, before, face, int(is_below), sizes, False, np.zeros(0, int), rows)
 
 
 def is_back(at: np.ndarray, face: Leaning, size: float) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 
 from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.curves import CHORD_SHARE
 from polycube.surface.arc_length import lengths
 from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
@@ -102,6 +103,7 @@ class SquaredOff(NamedTuple):
     levels: np.ndarray  # (L,) heights that divide its walls
     fine: np.ndarray  # (P, 3) places at its ends in its caps, and the length of edges there
     is_split: bool  # whether two hexes are to meet at half its turn, too
+    shift: np.ndarray  # (N, 3) of its vertices before hexes are moved back: no chord is too long
 
 
 def squared_off(
@@ -109,7 +111,7 @@ def squared_off(
     before: np.ndarray,
     face: Leaning,
     base: int,
-    chord: float,
+    sizes: Sizes,
     any_sign: bool,
     blends: np.ndarray,
     rows: int | None = None,
@@ -122,7 +124,7 @@ def squared_off(
 
     at, before : (V, 3) vertices in the frame, now and before any face was set
     base : number of its border at the wall
-    chord : largest distance of an edge from the rounding
+    sizes : wanted length of edges, and their largest distance from the rounding
     any_sign : whether the rounding may be concave
     blends : (B,) vertices of vertex blends, at which the edge between both halves comes over the
         end of the border at the cap
@@ -132,9 +134,7 @@ def squared_off(
     at_blends = [side for side in face.sides if np.isin(side, blends).all()]
     vectors = triangle_vectors(before[face.faces])
     steep = abs(unit(vectors)[:, 2])
-    at_foot, at_top = (
-        np.isin(face.faces, end).sum(axis=1) > min(1, len(end) - 1) for end in (foot, top)
-    )
+    at_foot, at_top = (np.isin(face.faces, e).sum(axis=1) > min(1, len(e) - 1) for e in (foot, top))
     is_tangent = steep[at_foot].mean() < TANGENT and steep[at_top].mean() > np.sqrt(1 - TANGENT**2)
     if rows is None and not is_tangent:
         return None
@@ -151,37 +151,42 @@ def squared_off(
     share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
     share[np.searchsorted(used, foot)], share[np.searchsorted(used, top)] = 0, 1
     upper = divided(share, faces, 0.5)
-    number = len(between(before[used, 2], outer, inner, before[used, :2], chord))
+    levels, least = between(before[used, 2], outer, inner, before[used, :2], sizes.chord)
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
-    parts = max((number + 2) // 2, 1 if rows is None else 2 if number else rows)
-    is_split = (
-        is_convex and parts > 1 and not len(at_blends)
-    )  # the column of hexes there is collapsed
+    parts = max((len(levels) + 2) // 2, 1 if rows is None else 2 if len(levels) else rows)
+    is_split = is_convex and parts > 1 and not len(at_blends)  # its column is collapsed
     parts += is_split
-    in_plane = np.clip(2 * share - 1, 0, 1)
-    in_wall, middle = np.clip(2 * share, 0, 1), outer.copy()
+    rows = parts + is_split + (parts + is_split) % 2
+    middle, in_wall, in_plane = outer.copy(), np.clip(2 * share, 0, 1), np.clip(2 * share - 1, 0, 1)
     for side in at_blends:
         first, last = foot[[0, -1] if foot[-1] in side else [-1, 0]]
         step = at[last, :2] - at[first, :2]
         beyond = (at[np.intersect1d(side, top)[0], :2] - at[last, :2]) @ step / (step @ step)
         part = (outer - at[first, :2]) @ step / (step @ step)
         middle += beyond * np.multiply.outer(part, step)
-    at[used, :2] = outer + in_wall[:, None] * (middle - outer)
-    at[used, :2] += in_plane[:, None] * (inner - middle)
-    at[used, 2] = low + in_wall * (high - low)
-    for side in face.sides:  # on an upright rounding it is bent
-        path, own = before[side, :2], np.searchsorted(used, side)
-        path = path if side[0] in foot else path[::-1]
-        part, step = lengths(path), unit(path[-1:] - path[:1])
-        if abs(cross(path - path[0], step)).max() > STRAIGHT * part[-1] and not len(at_blends):
-            place = [np.interp(in_plane[own] * part[-1], part, path[:, d]) for d in (0, 1)]
-            at[side, :2] = np.stack(place, axis=1)
-    is_end = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(in_plane - 0.5) < 0.25)
-    rows = parts + is_split  # an even number
+    shares = [(in_wall, in_plane)]  # and those from which hexes are moved back
+    if is_split and max(abs(high - low) / parts, width.mean() / rows) < sizes.size:
+        # the two rows beside the edge at half the turn become one chord
+        most = 2 * np.sqrt(CHORD_SHARE) / max(least, 1.0)
+        one, two = (min(2 / n, max(1 / (n - 1), most)) for n in (parts, rows))
+        in_wall = np.interp(in_wall, [0, 1 - one, 1], [0, 1 - 2 / parts, 1])
+        shares.append((in_wall, np.interp(in_plane, [0, two, 1], [0, 2 / rows, 1])))
+    places = [np.column_stack([outer, low + wall * (high - low)]) for wall, _ in shares]
+    for own, (wall, plane) in zip(places, shares, strict=True):
+        own[:, :2] += wall[:, None] * (middle - outer) + plane[:, None] * (inner - middle)
+        for side in face.sides:  # on an upright rounding it is bent
+            path, at_side = before[side, :2], np.searchsorted(used, side)
+            path = path if side[0] in foot else path[::-1]
+            part, step = lengths(path), unit(path[-1:] - path[:1])
+            if abs(cross(path - path[0], step)).max() > STRAIGHT * part[-1] and not len(at_blends):
+                bent = [np.interp(plane[at_side] * part[-1], part, path[:, d]) for d in (0, 1)]
+                own[at_side, :2] = np.stack(bent, axis=1)
+    at[used], shift = places[0], places[-1] - places[0]
+    is_end = np.isin(used, np.concatenate([foot[:0], *face.sides])) & (abs(share - 0.75) < 0.125)
     fine = np.column_stack([at[used[is_end], :2], width[is_end] / rows])
     levels = np.linspace(low, high, parts + 1)[0 if at_blends else 1 : -1]
-    return SquaredOff(upper, levels, fine, is_split)
+    return SquaredOff(upper, levels, fine, is_split, shift)
 
 
 def round_end(
@@ -242,4 +247,4 @@ def round_end(
         levels = at[low, 2].mean() + BLUNT * radius * out[2] * np.arange(1, less) / less
         inner, length = (share > 1) & (share < 2), (span[1] - span[0]) / number
     fine = np.column_stack([at[used[inner], :2], np.full(inner.sum(), length)])
-    return SquaredOff((part == 1) == is_top, levels, fine, False)
+    return SquaredOff((part == 1) == is_top, levels, fine, False, np.zeros((len(used), 3)))

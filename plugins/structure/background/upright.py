@@ -48,6 +48,7 @@ class Upright(NamedTuple):
     # (N, 2) the faces in the wall and in the plane of each rounding at whose half turn two hexes
     # are to meet
     split: np.ndarray
+    places: np.ndarray  # (V, 3) places from which hexes at the vertices are moved back
 
 
 def upright(
@@ -118,6 +119,7 @@ def upright(
     # a concave rounding has better hexes as a whole, but such a corner meets halves only
     has_tip = any(len(b.vertices) == 1 for face in waiting.values() for b in face.borders)
     split: list[tuple[int, int]] = []
+    shift = np.zeros_like(at)
     while waiting:
         # those at the ends of blends last, those at walls first, and the largest of them
         at_wall = {n: any(is_wall[b.beyond].all() for b in waiting[n].borders) for n in waiting}
@@ -134,9 +136,9 @@ def upright(
         elif at_walls or sorted(ends) == [(False, True), (True, False)]:
             for base in (0, 1) if at_walls else (ends.index((True, False)),):
                 signs = at_walls or has_tip
-                found = found or squared_off(at, before, face, base, sizes.chord, signs, at_blend)
+                found = found or squared_off(at, before, face, base, sizes, signs, at_blend)
         if found is None and may_slope:
-            found = squared_rib(at, before, face, sizes.size, sizes.chord)
+            found = squared_rib(at, before, face, sizes)
         if found is not None:
             region[np.flatnonzero(region == number)[found.in_cap]] = len(is_wall)
             split += [(number, len(is_wall))] * found.is_split
@@ -144,6 +146,7 @@ def upright(
             is_wall[number] = True
             levels.append(found.levels)
             fine.append(found.fine)
+            shift[np.unique(face.faces)] = found.shift
             continue
         if is_arch or min(len(border.vertices) for border in face.borders) == 1:
             _refuse(surface, number)
@@ -153,7 +156,7 @@ def upright(
         if is_wall[number]:
             used = np.unique(face.faces)
             foot, top = (over(before, before, face, k)[used] for k in (0, 1))
-            levels.append(between(at[used, 2], foot, top, before[used, :2], sizes.chord))
+            levels.append(between(at[used, 2], foot, top, before[used, :2], sizes.chord)[0])
     if blends:
         is_changed |= np.isin(region, [one.number for one in blends])
         part = replace(surface, region=region)
@@ -171,7 +174,8 @@ def upright(
     is_over = np.isin(region, leans) & ~on_cap
     further = np.concatenate(levels), np.concatenate(fine)
     split_off = np.array(split, np.int64).reshape(-1, 2)
-    return Upright(part, axis, on_cap, is_changed, is_over, *further, split_off)
+    places = (at + shift) @ rows
+    return Upright(part, axis, on_cap, is_changed, is_over, *further, split_off, places)
 
 
 def leaning_share(surface: TriMesh, axis: np.ndarray) -> float:
