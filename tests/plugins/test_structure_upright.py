@@ -319,6 +319,22 @@ def test_a_countersink_across_the_axis_is_set_into_the_plane_of_its_border():
         assert places[:, 2] == pytest.approx(np.where(COUNTERSUNK.vertices[own, 2] > 0, 3, 0))
 
 
+def test_a_fillet_round_a_hole_across_the_axis_has_as_many_hexes_as_its_chords():
+    turn = np.linspace(0, np.pi / 2, 9)
+    fillet = zip(2 + np.cos(turn), 3 - np.sin(turn), strict=True)
+    surface = joined(revolved((0, 2), (0, 6), (3, 6), *fillet), 4, 11)
+    half = np.sqrt(np.pi) / 2 * np.array([2, 3])  # of the squares of the hole and of the border
+    for chord, rows in ((0.3, 1), (0.1, 2), (0.04, 3)):
+        sizes = replace(SIZES, chord=chord)
+        across = np.array([1.0, 0, 0])
+        part = upright(surface, measures.twins(surface.faces), across, 1e-4, sizes)
+        for number in (2, 3):
+            levels, length = np.linspace(*half, number + 1)[1:-1], np.ptp(half) / number
+            near = abs(np.abs(part.levels)[:, None] - levels).min(axis=0) < 1e-6
+            assert near.all() if number == rows else not near.any()
+            assert np.isclose(part.fine[:, 2], length).any() == (number == rows)
+
+
 def test_a_boss_across_the_axis_becomes_a_smaller_square():
     part = set_upright(rod(48), np.array([1.0, 0, 0]))
     half = np.pi / 4 * np.array([1, 1])

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from polycube.surface.curves.creases import chains_of, vertices_of
-from polycube.surface.measures import area_vectors, connected, euler, half_edges, open_edges, unit
+from polycube.surface.curves.creases import loops_of
+from polycube.surface.measures import area_vectors, connected, euler, half_edges, unit
 from polycube.types import TriMesh
+
+from .collars import CIRCLE, Collar, collars
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
@@ -18,21 +20,12 @@ HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circ
 BOSS = np.pi / 4  # the same for a boss: its corners are near the circle, so beside other holes
 STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
 ROUND = 0.9  # largest share of the squared normals in one direction for a round face
-CIRCLE = 0.05  # of its radius: largest distance of the vertices of a boss from a circle
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
 BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
 ALIGNED = 0.15  # of half the extent of a hole: difference between places that become equal
-LEVEL = 1e-2  # of half the extent of a hole: tolerance for the plane of a border across it
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
 Pairs = tuple[np.ndarray, np.ndarray]
-
-
-class Collar(NamedTuple):
-    """The chamfer, countersink or fillet round an end of a hole or boss."""
-
-    faces: np.ndarray  # (N,) its triangles
-    border: np.ndarray  # (M,) vertices of its other border, in a plane across the hole
 
 
 class Hole(NamedTuple):
@@ -62,18 +55,36 @@ class Hole(NamedTuple):
         """Number of edges along each side of the square that its roundness requires."""
         return sizes.in_quarter(float(self.extent.mean()))
 
-    def levels(self, sizes: Sizes) -> np.ndarray:
-        """(N,) heights that divide its upright sides."""
+    def on_sides(self, share: np.ndarray) -> np.ndarray:
+        """(N, 2) points of the square after a number (N,) of its sides, from below right."""
+        (left, right), (low, high) = self.sides
+        corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
+        return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
+
+    def levels(self, at: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(N,) heights that divide its upright sides, and its collars above and below."""
         low, high = self.sides[1]
-        return np.linspace(low, high, self.parts(sizes) + 1)[1:-1]
+        parts = [(low, high, self.parts(sizes))]
+        for each in self.collars:
+            outer, rows = at[each.border, 2], each.rows(sizes)
+            parts += [(outer.min(), low, rows), (high, outer.max(), rows)]
+        return np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
-        """(N, 3) places along its other sides, and the length of edges there."""
-        places = at[np.unique(faces[self.faces])]
-        low, high = self.sides[0]
-        inner = abs(places @ self.across - (low + high) / 2) < INNER * (high - low) / 2
-        length = np.full(inner.sum(), (high - low) / self.parts(sizes))
-        return np.column_stack([places[inner, :2], length])
+        """(N, 3) places along its other sides and across collars, and lengths of edges there."""
+        middle, half = self.sides[0].mean(), np.ptp(self.sides[0]) / 2
+        strips = [(self.faces, 0.0, INNER * half, 2 * half / self.parts(sizes))]
+        for each in self.collars:
+            low, high = sorted((half, np.ptp(at[each.border] @ self.across) / 2))
+            rows = each.rows(sizes)
+            strips += [(each.faces, low, high, (high - low) / rows)] * (rows > 1)
+        found = [np.zeros((0, 3))]
+        for own, low, high, length in strips:
+            places = at[np.unique(faces[own])]
+            off = abs(places @ self.across - middle)
+            places = places[(off >= low) & (off < high), :2]
+            found.append(np.column_stack([places, np.full(len(places), length)]))
+        return np.concatenate(found)
 
 
 def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> list[Hole]:
@@ -133,26 +144,7 @@ def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -
         seen[ring] = True
         hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
         if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
-            yield hole._replace(collars=tuple(_collars(surface, at, pairs, hole)))
-
-
-def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iterator[Collar]:
-    along, flat = at @ hole.along, hole.flat(at)
-    near = LEVEL * hole.extent.mean()
-    half, beside = np.concatenate(pairs), np.concatenate(pairs[::-1]) // 3
-    ends, own = half_edges(surface.faces)[half], np.isin(np.arange(len(surface.faces)), hole.faces)
-    outside = own[half // 3] & ~own[beside]
-    for rim in hole.rims:
-        at_rim = outside & np.isin(ends, rim).all(axis=1)
-        faces = np.isin(surface.region, surface.region[beside[at_rim]]) & ~own
-        borders = [loop for loop in _loops(surface.faces[faces]) if not np.isin(loop, rim).any()]
-        if len(borders) != 1 or euler(surface.faces[faces]) != 0:
-            continue
-        off = abs(flat[borders[0]].mean(axis=0) - hole.middle)
-        is_level = max(np.ptp(along[rim]), np.ptp(along[borders[0]])) < near
-        is_flat = abs(along[borders[0]].mean() - along[rim].mean()) < near
-        if is_level and not is_flat and (off < CIRCLE * hole.extent).all():
-            yield Collar(np.flatnonzero(faces), borders[0])
+            yield hole._replace(collars=tuple(collars(surface, at, pairs, hole)))
 
 
 def _direction(vectors: np.ndarray) -> np.ndarray | None:
@@ -211,7 +203,7 @@ def _hole(
     for number in np.unique(surface.region[ring]):
         own = normals[surface.region[ring] == number]
         if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
-            loops = _loops(surface.faces[ring])
+            loops = loops_of(surface.faces[ring])
             turns = [_turn(flat[loop] - middle) for loop in loops]
             rims, windows = (
                 [loop for loop, turn in zip(loops, turns, strict=True) if bool(turn) == is_round]
@@ -226,12 +218,6 @@ def _hole(
             sides = np.stack([middle - half, middle + half], axis=1)
             return Hole(ring, across, middle, extent, wide, sides, rims, windows)
     return None
-
-
-def _loops(faces: np.ndarray) -> list[np.ndarray]:
-    """Vertices of the loops at the border of triangles."""
-    border = open_edges(faces)
-    return [vertices_of(border, chain)[:-1] for chain in chains_of(border)]
 
 
 def _turn(places: np.ndarray) -> int:

@@ -18,12 +18,13 @@ from polycube.surface.arc_length import lengths
 from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
 
+from .collars import flatten
 from .leaning import Leaning, between, divided, over
 
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-    from .holes import Collar, Hole
+    from .holes import Hole
 
 TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 STRAIGHT = 0.02  # sine: tolerance for the direction and the borders of a round end
@@ -57,7 +58,7 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     first = np.where(on_side[:, 0] & on_side[:, 3], 3, on_side.argmax(axis=1))
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
-    flat, along = _on_sides(hole, share), at[used] @ hole.along
+    flat, along = hole.on_sides(share), at[used] @ hole.along
     for rim in (np.searchsorted(used, loop) for loop in hole.rims):
         known = rim[np.argsort(before[rim, 0], kind="stable")]
         along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
@@ -67,33 +68,10 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
             raise NoBackgroundError(f"holes meet at their sides near {where}")
         flat[window, 0] = before[window, 0]
     for collar in hole.collars:
-        along[np.isin(used, surface.faces[collar.faces])] = _flatten(surface, at, hole, collar)
+        along[np.isin(used, surface.faces[collar.faces])] = flatten(surface, at, hole, collar)
     at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]])
     at[used] += np.multiply.outer(along, hole.along)
     return side
-
-
-def _on_sides(hole: Hole, share: np.ndarray) -> np.ndarray:
-    """(N, 2) points of the square of a hole after a number (N,) of its sides, from below right."""
-    (left, right), (low, high) = hole.sides
-    corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
-    return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-
-
-def _flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> float:
-    """Set a collar into the plane of its border, in place; the coordinate along the hole there."""
-    used = np.unique(surface.faces[collar.faces])
-    x, y = ((hole.flat(at[used]) - hole.middle) / hole.extent).T
-    share, radius = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4, np.hypot(x, y)
-    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ hole.along).mean()
-    radius[border] = radius[border].mean()
-    for corner in range(4):  # its closest vertex is at the corner
-        off = (share[border] - corner + 2) % 4 - 2
-        share[border[abs(off).argmin()]] = corner
-    middle = hole.sides.mean(axis=1)
-    flat = middle + radius[:, None] * (_on_sides(hole, share) - middle)
-    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * hole.along
-    return float(level)
 
 
 class SquaredOff(NamedTuple):

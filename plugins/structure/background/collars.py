@@ -1,0 +1,78 @@
+"""Chamfers, countersinks and fillets round the ends of holes and bosses across an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from polycube.hexmesh.background.arrangement import cross
+from polycube.surface.curves.creases import loops_of
+from polycube.surface.measures import euler, half_edges, unit
+from polycube.types import TriMesh
+
+if TYPE_CHECKING:
+    from polycube.hexmesh.background.curves import Sizes
+
+    from .holes import Hole, Pairs
+
+CIRCLE = 0.05  # of its radius: largest distance of the vertices of a boss or rim from a circle
+LEVEL = 1e-2  # of half the extent of a hole: tolerance for the plane of a border across it
+
+
+class Collar(NamedTuple):
+    """The chamfer, countersink or fillet round an end of a hole or boss."""
+
+    faces: np.ndarray  # (N,) its triangles
+    border: np.ndarray  # (M,) vertices of its other border, in a plane across the hole
+    bulge: float  # largest distance of a round collar from the cone between its borders
+
+    def rows(self, sizes: Sizes) -> int:
+        """Number of hexes across it; a chord is as far from a fillet as its squared length."""
+        return max(1, int(np.ceil(np.sqrt(self.bulge / sizes.chord) - 0.05)))
+
+
+def collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iterator[Collar]:
+    """The collars at the rims of a hole or boss.
+
+    at : (V, 3) vertices in the frame
+    pairs : of half-edges on a common edge, as `twins` finds them
+    """
+    along, flat = at @ hole.along, hole.flat(at)
+    profile = np.column_stack([np.linalg.norm(flat - hole.middle, axis=1), along])
+    near = LEVEL * hole.extent.mean()
+    half, beside = np.concatenate(pairs), np.concatenate(pairs[::-1]) // 3
+    ends, own = half_edges(surface.faces)[half], np.isin(np.arange(len(surface.faces)), hole.faces)
+    outside = own[half // 3] & ~own[beside]
+    for rim in hole.rims:
+        at_rim = outside & np.isin(ends, rim).all(axis=1)
+        faces = np.isin(surface.region, surface.region[beside[at_rim]]) & ~own
+        borders = [loop for loop in loops_of(surface.faces[faces]) if not np.isin(loop, rim).any()]
+        if len(borders) != 1 or euler(surface.faces[faces]) != 0:
+            continue
+        off = abs(flat[borders[0]].mean(axis=0) - hole.middle)
+        is_level = max(np.ptp(along[rim]), np.ptp(along[borders[0]])) < near
+        is_flat = abs(along[borders[0]].mean() - along[rim].mean()) < near
+        if is_level and not is_flat and (off < CIRCLE * hole.extent).all():
+            is_round = np.ptp(profile[rim, 0]) < CIRCLE * profile[rim, 0].mean()
+            start, end = (profile[loop].mean(axis=0) for loop in (rim, borders[0]))
+            away = profile[np.unique(surface.faces[faces])] - start
+            bulge = abs(cross(away, unit(np.array([end - start])))).max() if is_round else 0.0
+            yield Collar(np.flatnonzero(faces), borders[0], float(bulge))
+
+
+def flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> float:
+    """Set a collar into the plane of its border, in place; the coordinate along the hole there."""
+    used = np.unique(surface.faces[collar.faces])
+    x, y = ((hole.flat(at[used]) - hole.middle) / hole.extent).T
+    share, radius = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4, np.hypot(x, y)
+    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ hole.along).mean()
+    radius[border] = radius[border].mean()
+    for corner in range(4):  # its closest vertex is at the corner
+        off = (share[border] - corner + 2) % 4 - 2
+        share[border[abs(off).argmin()]] = corner
+    middle = hole.sides.mean(axis=1)
+    flat = middle + radius[:, None] * (hole.on_sides(share) - middle)
+    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * hole.along
+    return float(level)
