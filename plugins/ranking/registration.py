@@ -152,9 +152,8 @@ def short_score(quality: ShortQuality) -> float:
 def _log(ranked: list[Ranked]) -> None:
     from polycube.structure.lattice import describe
 
-    logger.info(
-        "ranking: score, distances to surface and mesh [% of diagonal], min Jacobian, volume"
-    )
+    columns = "score, distances to surface and mesh [% of diagonal], min Jacobian, volume"
+    logger.info("ranking: %s", columns)
     for entry in ranked:
         polycube, blocks = entry.candidate.polycube, entry.candidate.blocks
         name = describe(polycube) if blocks is None else f"{len(blocks.hexes)} blocks"

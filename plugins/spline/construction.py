@@ -97,16 +97,13 @@ class Construction:
             control[second] = self.options.sector.turned(control[first])
             spline = replace(spline, control=control)
         jacobian = min_detj(spline)
-        sizes = map(len, (spline.control, spline.nodes, sharp.edges, sharp.straight))
+        sizes = [len(each) for each in (spline.control, spline.nodes, sharp.edges, sharp.straight)]
+        sizes.append(spline.extraordinary_edges)
         numbers = jacobian.volume, jacobian.min_detj, jacobian.element, *jacobian.position
-        logger.info(
-            "%d functions, %d elements, %d sharp edges, %d straight hexes, %d extraordinary edges, "
-            "volume %.6g, smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g",
-            *sizes,
-            spline.extraordinary_edges,
-            *numbers,
-            jacobian.min_scaled_detj,
-        )
+        form = "%d functions, %d elements, %d sharp edges, %d straight hexes"
+        form += ", %d extraordinary edges, volume %.6g"
+        form += ", smallest det J %.3g (element %d at %.4g %.4g %.4g), scaled %.3g"
+        logger.info(form, *sizes, *numbers, jacobian.min_scaled_detj)
         if jacobian.min_detj <= 0:
             logger.warning("the spline is not valid: det J is not positive everywhere")
         offset, tilt = distances(spline, surface)

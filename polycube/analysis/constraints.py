@@ -136,13 +136,9 @@ def constrain(
             held = np.flatnonzero(owner >= 0)
             flat, border = zero_slope_edges(spline, held, known[key].imposed)
             if flat:
-                logger.warning(
-                    "warning: the spline is smooth at %d of the %d edges round the supports, so "
-                    "the result is too stiff; a run with from=spline makes them sharp if det J "
-                    "allows it",
-                    flat,
-                    border,
-                )
+                what = f"the spline is smooth at {flat} of the {border} edges round the supports"
+                remedy = "a run with from=spline makes them sharp if det J allows it"
+                logger.warning("warning: %s, so the result is too stiff; %s", what, remedy)
         bound.append(known[key])
         imposed.append(known[key].imposed)
         offset[:, i] = _prescribed_coefficients(known[key], supports, i, size)

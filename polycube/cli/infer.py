@@ -163,16 +163,13 @@ def _log_results(report: Json, folder: Path, cfg: Json) -> None:
         creases = numbers["creases_to_edges_p95"]
         everywhere = numbers["certificate"]["positive_everywhere"]
         valid = "valid" if everywhere else "valid (at corners only)"
-        logger.info(
-            "%s hex mesh: %d hexes, smallest scaled Jacobian %.3f (mean %.3f), "
-            "distance at most %.2f %% of the diagonal%s",
-            valid if report["valid"] else _fault(report).upper(),
-            numbers["hexes"],
-            numbers["min_scaled_jacobian"],
-            numbers["mean_scaled_jacobian"],
-            100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"]),
-            f", 95 % of the sharp edges within {100 * creases:.2f} %" * (creases > 0),
-        )
+        off = 100 * max(numbers["mesh_to_surface_max"], numbers["surface_to_mesh_max"])
+        sharp = f", 95 % of the sharp edges within {100 * creases:.2f} %" * (creases > 0)
+        kind = valid if report["valid"] else _fault(report).upper()
+        sizes = numbers["hexes"], numbers["min_scaled_jacobian"], numbers["mean_scaled_jacobian"]
+        quality = "smallest scaled Jacobian %.3f (mean %.3f)"
+        form = f"%s hex mesh: %d hexes, {quality}, distance at most %.2f %% of the diagonal%s"
+        logger.info(form, kind, *sizes, off, sharp)
         for sentence in _fewer(numbers["counts"]):
             logger.info(sentence)
     for result in sentences(report):

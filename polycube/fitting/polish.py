@@ -101,11 +101,8 @@ def polish(
         best = _local(problem, matching, best, local_rounds, moves)
     if not hold:
         best = recover_creases(problem, matching, best, crease_rounds)
-    logger.info(
-        "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal",
-        best.jacobian,
-        100 * best.residual,
-    )
+    form = "polish: smallest scaled Jacobian %.3f, boundary within %.3f %% of the diagonal"
+    logger.info(form, best.jacobian, 100 * best.residual)
     return replace(mesh, vertices=target.to_model(best.x))
 
 

@@ -84,14 +84,10 @@ def refine(
         for name, candidate in _candidates(fine, target(surface), recipe, features, least, exact):
             found = inspect(candidate, surface)
             distance, value = found.deviation.to_mesh.p99, merit(found)
-            logger.info(
-                "refine, %s: smallest scaled Jacobian %.3f, 99 %% of the surface within %.2f %%, "
-                "vertices within %.2f %%",
-                name,
-                found.scaled_jacobian,
-                100 * distance,
-                100 * found.deviation.vertices,
-            )
+            distances = "99 %% of the surface within %.2f %%, vertices within %.2f %%"
+            form = f"refine, %s: smallest scaled Jacobian %.3f, {distances}"
+            off = 100 * distance, 100 * found.deviation.vertices
+            logger.info(form, name, found.scaled_jacobian, *off)
             is_near = distance <= reach or distance + ROUNDING < before.deviation.to_mesh.p99
             passes = found.scaled_jacobian >= least and is_near
             is_sound = exceeded_limits(found) <= exceeded_limits(before)

@@ -68,12 +68,9 @@ def cure(mesh: HexMesh, target: Target, aim: float, width: float, further: float
     found = cures.current
     if not cures.accepted:
         return mesh
-    logger.info(
-        "cure: %d places cured, %d additional hexes, smallest scaled Jacobian %.3f",
-        cures.accepted,
-        len(found.mesh.hexes) - len(mesh.hexes),
-        found.jacobian.min(),
-    )
+    more, least = len(found.mesh.hexes) - len(mesh.hexes), found.jacobian.min()
+    form = "cure: %d places cured, %d additional hexes, smallest scaled Jacobian %.3f"
+    logger.info(form, cures.accepted, more, least)
     return replace(
         mesh,
         vertices=target.to_model(found.mesh.vertices),
