@@ -1,4 +1,4 @@
-"""Chamfers, countersinks and fillets round the ends of holes and bosses across an axis."""
+"""Holes and bosses across an axis, and the chamfers and fillets round their ends."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from polycube.types import TriMesh
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-    from .holes import Hole, Pairs
-
 CIRCLE = 0.05  # of its radius: largest distance of the vertices of a boss or rim from a circle
 LEVEL = 1e-2  # of half the extent of a hole: tolerance for the plane of a border across it
+INNER = 0.7  # of half a side: its part in which edges have a length of their own
+
+Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class Collar(NamedTuple):
@@ -31,6 +32,65 @@ class Collar(NamedTuple):
     def rows(self, sizes: Sizes) -> int:
         """Number of hexes across it; a chord is as far from a fillet as its squared length."""
         return max(1, int(np.ceil(np.sqrt(self.bulge / sizes.chord) - 0.05)))
+
+
+class Hole(NamedTuple):
+    """A ring of faces along a direction across the upright axis: round a hole, or round a boss."""
+
+    faces: np.ndarray  # (N,) its triangles
+    across: np.ndarray  # (3,) unit vector, perpendicular to its direction and to the upright axis
+    middle: np.ndarray  # (2,) its centre: along `across`, and the height
+    extent: np.ndarray  # (2,) half its width and half its height
+    wide: float  # least half width of its square beside the windows, relative to that of the hole
+    sides: np.ndarray  # (2, 2) the sides of the square: along `across`, and their heights
+    rims: list[np.ndarray]  # vertices of the loops around it
+    # vertices of the other loops at its border, where other holes meet it
+    windows: list[np.ndarray]
+    collars: tuple[Collar, ...] = ()
+
+    @property
+    def along(self) -> np.ndarray:
+        """(3,) unit vector in its direction."""
+        return np.cross(self.across, [0, 0, 1])
+
+    def flat(self, places: np.ndarray) -> np.ndarray:
+        """(N, 2) coordinates across its direction, and heights, of places (N, 3)."""
+        return np.stack([places @ self.across, places[:, 2]], axis=1)
+
+    def parts(self, sizes: Sizes) -> int:
+        """Number of edges along each side of the square that its roundness requires."""
+        return sizes.in_quarter(float(self.extent.mean()))
+
+    def on_sides(self, share: np.ndarray) -> np.ndarray:
+        """(N, 2) points of the square after a number (N,) of its sides, from below right."""
+        (left, right), (low, high) = self.sides
+        corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
+        return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
+
+    def levels(self, at: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(N,) heights that divide its upright sides, and its collars above and below."""
+        low, high = self.sides[1]
+        parts = [(low, high, self.parts(sizes))]
+        for each in self.collars:
+            outer, rows = at[each.border, 2], each.rows(sizes)
+            parts += [(outer.min(), low, rows), (high, outer.max(), rows)]
+        return np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
+
+    def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(N, 3) places along its other sides and across collars, and lengths of edges there."""
+        middle, half = self.sides[0].mean(), np.ptp(self.sides[0]) / 2
+        strips = [(self.faces, 0.0, INNER * half, 2 * half / self.parts(sizes))]
+        for each in self.collars:
+            low, high = sorted((half, np.ptp(at[each.border] @ self.across) / 2))
+            rows = each.rows(sizes)
+            strips += [(each.faces, low, high, (high - low) / rows)] * (rows > 1)
+        found = [np.zeros((0, 3))]
+        for own, low, high, length in strips:
+            places = at[np.unique(faces[own])]
+            off = abs(places @ self.across - middle)
+            places = places[(off >= low) & (off < high), :2]
+            found.append(np.column_stack([places, np.full(len(places), length)]))
+        return np.concatenate(found)
 
 
 def collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iterator[Collar]:

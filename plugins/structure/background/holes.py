@@ -1,9 +1,8 @@
-"""Holes and bosses across an axis, and the squares that they become."""
+"""Find the holes and bosses across an axis, and the squares that they become."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,10 +10,7 @@ from polycube.surface.curves.creases import loops_of
 from polycube.surface.measures import area_vectors, connected, euler, half_edges, unit
 from polycube.types import TriMesh
 
-from .collars import CIRCLE, Collar, collars
-
-if TYPE_CHECKING:
-    from polycube.hexmesh.background.curves import Sizes
+from .collars import CIRCLE, Hole, Pairs, collars
 
 HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circle, by its radius
 BOSS = np.pi / 4  # the same for a boss: its corners are near the circle, so beside other holes
@@ -23,68 +19,6 @@ ROUND = 0.9  # largest share of the squared normals in one direction for a round
 HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
 BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
 ALIGNED = 0.15  # of half the extent of a hole: difference between places that become equal
-INNER = 0.7  # of half a side: its part in which edges have a length of their own
-
-Pairs = tuple[np.ndarray, np.ndarray]
-
-
-class Hole(NamedTuple):
-    """A ring of faces along a direction across the upright axis: round a hole, or round a boss."""
-
-    faces: np.ndarray  # (N,) its triangles
-    across: np.ndarray  # (3,) unit vector, perpendicular to its direction and to the upright axis
-    middle: np.ndarray  # (2,) its centre: along `across`, and the height
-    extent: np.ndarray  # (2,) half its width and half its height
-    wide: float  # least half width of its square beside the windows, relative to that of the hole
-    sides: np.ndarray  # (2, 2) the sides of the square: along `across`, and their heights
-    rims: list[np.ndarray]  # vertices of the loops around it
-    # vertices of the other loops at its border, where other holes meet it
-    windows: list[np.ndarray]
-    collars: tuple[Collar, ...] = ()
-
-    @property
-    def along(self) -> np.ndarray:
-        """(3,) unit vector in its direction."""
-        return np.cross(self.across, [0, 0, 1])
-
-    def flat(self, places: np.ndarray) -> np.ndarray:
-        """(N, 2) coordinates across its direction, and heights, of places (N, 3)."""
-        return np.stack([places @ self.across, places[:, 2]], axis=1)
-
-    def parts(self, sizes: Sizes) -> int:
-        """Number of edges along each side of the square that its roundness requires."""
-        return sizes.in_quarter(float(self.extent.mean()))
-
-    def on_sides(self, share: np.ndarray) -> np.ndarray:
-        """(N, 2) points of the square after a number (N,) of its sides, from below right."""
-        (left, right), (low, high) = self.sides
-        corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
-        return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
-
-    def levels(self, at: np.ndarray, sizes: Sizes) -> np.ndarray:
-        """(N,) heights that divide its upright sides, and its collars above and below."""
-        low, high = self.sides[1]
-        parts = [(low, high, self.parts(sizes))]
-        for each in self.collars:
-            outer, rows = at[each.border, 2], each.rows(sizes)
-            parts += [(outer.min(), low, rows), (high, outer.max(), rows)]
-        return np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
-
-    def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
-        """(N, 3) places along its other sides and across collars, and lengths of edges there."""
-        middle, half = self.sides[0].mean(), np.ptp(self.sides[0]) / 2
-        strips = [(self.faces, 0.0, INNER * half, 2 * half / self.parts(sizes))]
-        for each in self.collars:
-            low, high = sorted((half, np.ptp(at[each.border] @ self.across) / 2))
-            rows = each.rows(sizes)
-            strips += [(each.faces, low, high, (high - low) / rows)] * (rows > 1)
-        found = [np.zeros((0, 3))]
-        for own, low, high, length in strips:
-            places = at[np.unique(faces[own])]
-            off = abs(places @ self.across - middle)
-            places = places[(off >= low) & (off < high), :2]
-            found.append(np.column_stack([places, np.full(len(places), length)]))
-        return np.concatenate(found)
 
 
 def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> list[Hole]:
@@ -100,10 +34,8 @@ def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[i
     found = list(_holes(surface, at, pairs, numbers))
     if not found:
         return found
-    sides, extent, middle, across = (
-        np.stack([getattr(hole, name) for hole in found])
-        for name in ("sides", "extent", "middle", "across")
-    )
+    names = "sides", "extent", "middle", "across"
+    sides, extent, middle, across = (np.stack([getattr(h, n) for h in found]) for n in names)
     parallel = across @ across.T > 1 - STRAIGHT
     low, high = middle - extent, middle + extent
     for outer, inner in np.argwhere(parallel):  # a hole in a boss: half of its wall remains
@@ -205,10 +137,8 @@ def _hole(
         if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
             loops = loops_of(surface.faces[ring])
             turns = [_turn(flat[loop] - middle) for loop in loops]
-            rims, windows = (
-                [loop for loop, turn in zip(loops, turns, strict=True) if bool(turn) == is_round]
-                for is_round in (True, False)
-            )
+            rims = [loop for loop, turn in zip(loops, turns, strict=True) if turn]
+            windows = [loop for loop, turn in zip(loops, turns, strict=True) if not turn]
             extent = (high - low) / 2
             seen = np.concatenate([np.zeros((0, 2)), *(flat[loop] for loop in windows)])
             wide = abs(seen[:, 0] - middle[0]).max(initial=0) / extent[0]

@@ -24,7 +24,7 @@ from .leaning import Leaning, between, divided, over
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-    from .holes import Hole
+    from .collars import Hole
 
 TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 STRAIGHT = 0.02  # sine: tolerance for the direction and the borders of a round end

@@ -19,7 +19,8 @@ from polycube.surface import measures
 from polycube.types import TriMesh
 
 from .blends import blend, squared_blends, upright_roundings
-from .holes import Pairs, holes_across
+from .collars import Pairs
+from .holes import holes_across
 from .leaning import between, leaning, over, set_upright
 from .ribs import levelled, squared_rib
 from .squared import round_end, square, squared_off
@@ -226,6 +227,5 @@ def _set_flat(
 def _refuse(surface: TriMesh, number: int) -> NoReturn:
     own = surface.region == number
     where = measures.place(surface, surface.vertices[surface.faces[own]].mean(axis=(0, 1)))
-    raise NoBackgroundError(
-        f"a face leans, and has no two borders at constant heights, near {where}"
-    )
+    what = f"a face leans, and has no two borders at constant heights, near {where}"
+    raise NoBackgroundError(what)
