@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from polycube.config import compose
 from polycube.errors import InputError
-from polycube.hexmesh.background.arrangement import arrangement
+from polycube.hexmesh.background.arrangement import arrangement, simplified
 from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.hexmesh.background.borders import equalized
 from polycube.hexmesh.background.cells import loop_area, loops_of
@@ -256,6 +257,30 @@ def test_ends_that_are_closer_than_the_distance_from_the_curve_are_merged():
         lines = np.concatenate([np.stack([a, np.roll(a, -1)], axis=1) for a in loops])
         found, edges = arrangement(points, lines, near)
         assert len(loops_of(found, edges)) == 2
+
+
+def circle(radius: float, number: int, middle: float = 0.0) -> np.ndarray:
+    angle = 2 * np.pi * (np.arange(number) + 0.3) / number
+    return np.stack([middle + radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+
+
+@pytest.mark.parametrize(("narrow", "loops"), [(0.05, 4), (0.11, 3), (0.15, 3)])
+def test_two_circles_that_are_closer_than_details_are_one(narrow, loops):
+    """Not as a whole, and a circle beside them and a small one keep their places and shapes."""
+    parts = [circle(10.1, 225), circle(10.0, 160), circle(5.0, 60), circle(0.5, 40, 7.5)]
+    start = np.cumsum([0, *map(len, parts)])
+    loop = [np.arange(a, b) for a, b in pairwise(start)]
+    lines = np.concatenate([np.stack([own, np.roll(own, -1)], axis=1) for own in loop])
+    points = np.concatenate(parts)
+    found, edges = arrangement(*simplified(points, lines, 0.05, narrow), 0.05)
+    assert (np.bincount(edges.ravel()) == 2).all()
+    assert len(loops_of(found, edges)) == 2 * loops
+    radius = np.linalg.norm(found, axis=1)
+    outer = radius > 9
+    assert radius[outer] == pytest.approx(np.full(outer.sum(), 10.05), abs=0.051)
+    small = np.linalg.norm(found - [7.5, 0], axis=1)
+    assert small[small < 1] == pytest.approx(np.full((small < 1).sum(), 0.5))
+    assert (small < 1).sum() >= 12
 
 
 def test_further_levels_are_taken_from_the_middle_outwards():

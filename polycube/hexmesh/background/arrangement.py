@@ -1,14 +1,19 @@
 """Planar graph of lines: coincident lines are merged, and crossings become points; vectors."""
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.surface.measures import coincident, connected
+from polycube.surface.arc_length import lengths
+from polycube.surface.curves.creases import chains_of, vertices_of
+from polycube.surface.measures import coincident, connected, unit
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
 LAST = np.radians(16)  # the same at the only smooth end of a line
 SAG = 1.5  # relative to the distance of a chord from its arc: for two polylines of one curve
+SPACING = 4.0  # least distance of points along smooth lines, relative to that of details
 ROUNDS = 4  # rounds of merging
 MOST = 60000  # largest number of lines
 
@@ -63,6 +68,41 @@ def arrangement(
         lines = lines[~loose]
     used, row = np.unique(lines, return_inverse=True)
     return _means(points, name)[used], row.reshape(-1, 2)
+
+
+def simplified(
+    points: np.ndarray, lines: np.ndarray, near: float, narrow: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (P', 2) and lines (S', 2) of polylines that are so simple that details can be merged.
+
+    A polyline that is as a whole close to longer ones is left out; its points are moved onto these.
+    Smooth ones have fewer points, whose distances are larger than the details.
+
+    near, narrow : size of the details, and largest width of a strip that is closed
+    """
+    points, kept = points.copy(), np.zeros((0, 2), np.int64)
+    chains = [vertices_of(lines, chain) for chain in chains_of(lines)]
+    for own in sorted(chains, key=lambda each: -lengths(points[each])[-1]):
+        low, high = points[own].min(axis=0) - narrow, points[own].max(axis=0) + narrow
+        ends = points[kept]
+        ends = ends[((ends.max(axis=1) > low) & (ends.min(axis=1) < high)).all(axis=1)]
+        off, share = to_lines(points[own], ends)
+        if off.min(axis=1, initial=np.inf).max() < narrow:
+            line = off.argmin(axis=1)
+            at = share[np.arange(len(own)), line, None]
+            points[own] = (1 - at) * ends[line, 0] + at * ends[line, 1]
+            continue
+        steps = unit(np.diff(points[own], axis=0))
+        turn = np.arccos(np.clip((steps[1:] * steps[:-1]).sum(axis=1), -1, 1))
+        corners = np.flatnonzero(turn > LAST) + 1
+        for first, last in pairwise([0, *corners, len(own) - 1]):
+            arc = lengths(points[own[first : last + 1]])
+            number = max(1, turn[first : last - 1].sum() / SMOOTH, arc[-1] / (SPACING * near))
+            wanted = np.linspace(0, arc[-1], min(int(number), last - first) + 1)
+            some = own[first + np.unique(abs(arc - wanted[:, None]).argmin(axis=1))]
+            kept = np.concatenate([kept, np.stack([some[:-1], some[1:]], axis=1)])
+    used, row = np.unique(kept, return_inverse=True)
+    return points[used], row.reshape(-1, 2)
 
 
 def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from polycube.hexmesh.background.arrangement import arrangement, cross
+from polycube.hexmesh.background.arrangement import arrangement, cross, simplified
 from polycube.hexmesh.background.background import Background, NoBackgroundError, distinct
 from polycube.hexmesh.background.borders import Cell, borders
 from polycube.hexmesh.background.cells import cells
@@ -28,7 +28,7 @@ SAME = 1e-6  # of the extent: closer vertices are merged
 NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 # of the diagonal: sizes below which details are merged, one after the other
 DETAILS = 1e-5, 5e-4, 1e-3, 2e-3
-ENOUGH = 0.1  # smallest sine of an angle of the quads above which no more details are merged
+ENOUGH = 0.2  # smallest sine of an angle of the quads above which no more details are merged
 BETTER = 0.08  # by how much it must be larger for each of these sizes, at most twice
 ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
@@ -155,20 +155,24 @@ def section_of(
     """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
 
     If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
-    none, the details are merged.
+    none, the details are merged, at last after curves were simplified.
 
     Raises NoBackgroundError if there are none without details, either; with the reason for all of
     them.
     """
     found: list[tuple[float, Section, Background, np.ndarray]] = []
     reasons: list[Exception] = []
-    for share in DETAILS:
+    trials = [*((share, False) for share in DETAILS), *((share, True) for share in DETAILS[1:])]
+    for share, is_simple in trials:
         near = share * diagonal(surface)
         levels = distinct(part.levels, near)
         levels[[0, -1]] = part.levels[[0, -1]]
         cut = replace(part, levels=levels)
         try:
-            points, edges = arrangement(cut.points, cut.lines, near)
+            lines = cut.points, cut.lines
+            if is_simple:
+                lines = simplified(*lines, near, DETAILS[-1] * diagonal(surface))
+            points, edges = arrangement(*lines, near)
             loops, full = cells(surface, cut, points, edges)
             chains = curves(points, edges, cut.marks, max(near, ENDS * diagonal(surface)))
             flat = section(chains, curves_round(chains, loops), full, sizes)
