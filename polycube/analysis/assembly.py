@@ -67,11 +67,8 @@ def _assemble(
     """Stiffness with blocks of an order, and mass; `moduli` as for `add_elements`."""
     t, w = gauss(n_gauss)
     values, gradients = volume_basis(t)
-    tables = (
-        tensor(w[None], w[None], w[None])[0],
-        np.ascontiguousarray(values.T),
-        np.concatenate(gradients).T.copy(),
-    )
+    weights = tensor(w[None], w[None], w[None])[0]
+    tables = weights, np.ascontiguousarray(values.T), np.concatenate(gradients).T.copy()
     functions = elements.functions
     stiffness, mass = zero_matrices(functions, elements.size, order, 1)
     matrix, each = functions.coefficients, np.empty((len(elements.nodes), 3))
@@ -87,7 +84,6 @@ def _assemble(
         )
         det, element = min(found)
         if det <= 0:
-            raise MeshingError(
-                f"analysis needs det J > 0; got {det:.3g} at a Gauss point of element {element}"
-            )
+            what = f"analysis needs det J > 0; got {det:.3g} at a Gauss point of element {element}"
+            raise MeshingError(what)
     return stiffness, mass

@@ -110,7 +110,5 @@ def check_expression(name: str, given: object) -> None:
     except (SyntaxError, TypeError, ValueError, ArithmeticError) as error:
         valid = isinstance(error, InputError)  # it may be finite elsewhere
     if not valid:
-        raise ValueError(
-            f"{name} must be a number or an expression of x, y, z, pi, {', '.join(FUNCTIONS)}; "
-            f"got {given!r}"
-        )
+        what = f"{name} must be a number or an expression of x, y, z, pi, {', '.join(FUNCTIONS)};"
+        raise ValueError(f"{what} got {given!r}")

@@ -41,9 +41,8 @@ def conduct(
     cyclic : the part is a sector, and each sector has the same temperatures
     """
     if not supports:
-        raise InputError(
-            "u is determined only up to a constant; prescribe it on at least one patch"
-        )
+        what = "u is determined only up to a constant; prescribe it on at least one patch"
+        raise InputError(what)
     metre = METRES[length_unit]
     sector = None if cyclic is None else Sector.of(spline, cyclic)
     constraints = constrain(spline, supports, 1, sector)

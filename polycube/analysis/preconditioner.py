@@ -153,9 +153,8 @@ def solvers(
             return found
         if near is None:  # too ill-conditioned for single precision
             return factorize(matrix, points).solve(right)
-        raise MeshingError(
-            f"the solution did not converge in {steps} steps: residual {residual:.1e}"
-        )
+        what = f"the solution did not converge in {steps} steps: residual {residual:.1e}"
+        raise MeshingError(what)
 
     return solve, rough
 

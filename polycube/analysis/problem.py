@@ -152,10 +152,8 @@ class Cyclic:
         numbers = (*self.axis, *self.point)
         is_place = len(numbers) == 6 and all(map(is_number, numbers)) and any(self.axis)
         if not is_place or not isinstance(self.sectors, int) or self.sectors < 2:
-            raise ValueError(
-                "cyclic has a number of sectors, 2 or more, an axis [x, y, z] that is not zero, "
-                "and a point"
-            )
+            what = "cyclic has a number of sectors, 2 or more, an axis [x, y, z] that is not zero,"
+            raise ValueError(f"{what} and a point")
 
     @property
     def line(self) -> list[float]:

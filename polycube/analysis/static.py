@@ -67,10 +67,8 @@ def deform(
     free = free_rigid_motions(spline, constraints)
     if free:
         holds = "the supports and the cyclic symmetry leave" if cyclic else "the supports leave"
-        raise InputError(
-            f"{holds} {free} of 6 rigid motions free, so the loads are not balanced; "
-            "fix more patches or components"
-        )
+        what = f"{holds} {free} of 6 rigid motions free, so the loads are not balanced;"
+        raise InputError(f"{what} fix more patches or components")
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     metres = diagonal * METRES[length_unit]
     unit = replace(spline, control=spline.control / diagonal)

@@ -118,10 +118,8 @@ def _split(mesh: HexMesh, straight: Upright, near: float) -> HexMesh:
     if not (any(own) and is_end.any()):
         return mesh
     middle = sides[np.array(own)]
-    off, back = (
-        closest.distance(closest.tree(lines[:, [0, 1, 1]]), mesh.vertices)
-        for lines in (ends[is_end], mesh.vertices[middle])
-    )
+    lines = ends[is_end], mesh.vertices[middle]
+    off, back = (closest.distance(closest.tree(e[:, [0, 1, 1]]), mesh.vertices) for e in lines)
     return collapsed(mesh, middle, off < LAST * back)
 
 

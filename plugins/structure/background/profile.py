@@ -74,10 +74,8 @@ def _curve(
     unit, faces = diagonal(surface), surface.faces[own]
     vertices = np.unique(faces)
     is_cap = np.ptp(at[vertices, 0]) < 10 * NEAR * unit
-    chains = (
-        _cut(surface.vertices, axis, faces, at, start, is_cap)
-        for start in _between(angle[vertices])
-    )
+    starts = _between(angle[vertices])
+    chains = (_cut(surface.vertices, axis, faces, at, start, is_cap) for start in starts)
     found = max(chains, key=lambda each: np.linalg.norm(np.diff(each, axis=0), axis=1).sum())
     if len(found) < 2:
         where = surface.vertices[vertices].mean(axis=0)

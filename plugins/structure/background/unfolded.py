@@ -127,9 +127,8 @@ def _unfolded(surface: TriMesh, borders: Borders, start: int, normal: np.ndarray
     depth = -flat[:, 2]
     wrong = (depth < -near) | (depth > thickness + near) | (abs(off - depth) > ASIDE * thickness)
     if wrong.any():
-        raise NoBackgroundError(
-            f"its thickness is not constant near {measures.place(surface, x[np.argmax(wrong)])}"
-        )
+        what = f"its thickness is not constant near {measures.place(surface, x[np.argmax(wrong)])}"
+        raise NoBackgroundError(what)
     return Unfolded(TriMesh(flat, surface.faces, region=surface.region), side, pieces)
 
 

@@ -104,6 +104,5 @@ def check_walls(
         between = FLAT * known.area[own].sum() + SAG * (chord**2).sum()  # of two polylines
         if abs(flat[own].sum()) > between or off.max() > near + SAG * chord.max(initial=0):
             where = surface.vertices[vertices[np.argmax(off)]]
-            raise NoBackgroundError(
-                f"a face is not parallel to an axis near {place(surface, where)}"
-            )
+            what = f"a face is not parallel to an axis near {place(surface, where)}"
+            raise NoBackgroundError(what)

@@ -159,10 +159,8 @@ class Cut:
         rest, work, alone = np.split(work, [1, len(fields)], axis=1)
         scale = np.sqrt(np.diag(alone))
         if (np.linalg.eigvalsh(work / np.outer(scale, scale)) < RIGID).any():
-            raise InputError(
-                "a preload causes no force: nothing keeps the two sides of its section apart, or "
-                "another one acts on the same bolt"
-            )
+            what = "a preload causes no force: nothing keeps the two sides of its section apart, or"
+            raise InputError(f"{what} another one acts on the same bolt")
         given = [preload.force / newtons for preload in self.preloads]
         return np.append(1.0, np.linalg.solve(work, given - rest[:, 0]))
 

@@ -72,10 +72,8 @@ def finer(
     most = DOUBLED * number_of_hexes(polycube, counts)
     while True:
         needed = [m * np.sqrt(g / wanted) - SHORTFALL for m, g in zip(measured, gap, strict=True)]
-        x, y, z = (
-            np.clip(np.ceil(n), c, DOUBLED * c).astype(int)
-            for n, c in zip(needed, counts, strict=True)
-        )
+        both = zip(needed, counts, strict=True)
+        x, y, z = (np.clip(np.ceil(n), c, DOUBLED * c).astype(int) for n, c in both)
         if number_of_hexes(polycube, (x, y, z)) <= most:
             return x, y, z
         wanted *= RELAX
