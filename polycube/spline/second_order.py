@@ -192,8 +192,10 @@ def _log(found: HexElements, spline: Spline | None) -> None:
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)
     if found.straightened:
         number = f"{found.straightened} of {n_hexes} hexes of {nodes} nodes"
-        why = "det J > 0 is not certain with curved ones, or they contain spline elements"
-        form = "warning: %s have straight edges, because %s of several levels"
-        logger.warning(form, number, why)
+        logger.warning(
+            "warning: %s have straight edges, because det J > 0 is not certain with curved ones, "
+            "or they contain spline elements of several levels",
+            number,
+        )
     if found.inverted:
         logger.warning("warning: %d hexes of %d nodes may be inverted", found.inverted, nodes)

@@ -204,7 +204,7 @@ def test_levels_divide_the_profile_of_a_face_evenly():
     run = (1 - np.cos(angle)) * width
     for top in (width, np.ones(61)):
         at = np.stack([run * top / width, run * 0], axis=1)
-        levels, least = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, 0.1)
+        levels, least = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, SIZES)
         assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02) and 1 < least < 2
 
 

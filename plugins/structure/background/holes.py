@@ -1,158 +1,97 @@
-"""Find the holes and bosses across an axis, and the squares that they become."""
+"""Holes and bosses across an axis, the chamfers and fillets round their ends, and their squares."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from polycube.surface.curves.creases import loops_of
-from polycube.surface.measures import area_vectors, connected, euler, half_edges, unit
+from polycube.hexmesh.background.curves import Sizes, whole
 from polycube.types import TriMesh
 
-from .collars import CIRCLE, Hole, Pairs, collars
-
-HALF = np.sqrt(np.pi) / 2  # half the side of the square with the area of a circle, by its radius
-BOSS = np.pi / 4  # the same for a boss: its corners are near the circle, so beside other holes
-STRAIGHT = 1e-3  # squared sine: tolerance for faces and edges along a hole
-ROUND = 0.9  # largest share of the squared normals in one direction for a round face
-HIDDEN = 1e-3  # largest share of a ring that is not visible from its centre
-BESIDE = 0.1  # of half the width of a hole: largest distance of its upright sides from windows
-ALIGNED = 0.15  # of half the extent of a hole: difference between places that become equal
+INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
 
-def holes_across(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> list[Hole]:
-    """The round holes, slots and bosses that contain some faces of a surface.
+class Collar(NamedTuple):
+    """The chamfer, countersink or fillet round an end of a hole or boss."""
 
-    Sides of their squares at nearly the same place are at the same one, to save thin layers.
-    Polygonal passages are left to polycubes, which have fewer hexes there.
+    faces: np.ndarray  # (N,) its triangles
+    border: np.ndarray  # (M,) vertices of its other border, in a plane across the hole
+    bulge: float  # largest distance of a round collar from the cone between its borders
 
-    at : (V, 3) vertices in a frame whose last axis is upright
-    pairs : of half-edges on a common edge, as `twins` finds them
-    numbers : CAD faces
-    """
-    found = list(_holes(surface, at, pairs, numbers))
-    if not found:
-        return found
-    names = "sides", "extent", "middle", "across"
-    sides, extent, middle, across = (np.stack([getattr(h, n) for h in found]) for n in names)
-    parallel = across @ across.T > 1 - STRAIGHT
-    low, high = middle - extent, middle + extent
-    for outer, inner in np.argwhere(parallel):  # a hole in a boss: half of its wall remains
-        below, above = low[inner] - low[outer], high[outer] - high[inner]
-        if min(*below, *above) > 0:
-            sides[outer, :, 0] = np.minimum(sides[outer, :, 0], sides[inner, :, 0] - below / 2)
-            sides[outer, :, 1] = np.maximum(sides[outer, :, 1], sides[inner, :, 1] + above / 2)
-    sides[:, 1] = _aligned(sides[:, 1], extent[:, 1])
-    one, two = np.nonzero(parallel)
-    direction = connected(one, two, len(found))
-    for number in np.unique(direction):
-        own = direction == number
-        sides[own, 0] = _aligned(sides[own, 0], extent[own, 0])
-    return [hole._replace(sides=own) for hole, own in zip(found, sides, strict=True)]
+    def rows(self, sizes: Sizes) -> int:
+        """Number of hexes across it."""
+        return max(1, whole(sizes.chords(self.bulge)))
 
 
-def _aligned(sides: np.ndarray, extent: np.ndarray) -> np.ndarray:
-    """Places of sides (N, 2) of holes with half extents (N,); the means of close ones."""
-    places = sides.ravel()
-    order = np.argsort(places, kind="stable")
-    near = ALIGNED * np.repeat(extent, 2)[order]
-    gap = np.diff(places[order]) > np.minimum(near[1:], near[:-1])
-    group = np.append(0, np.cumsum(gap))
-    found = np.empty_like(places)
-    found[order] = (np.bincount(group, places[order]) / np.bincount(group))[group]
-    return found.reshape(-1, 2)
+class Hole(NamedTuple):
+    """A ring of faces along a direction across the upright axis: round a hole, or round a boss."""
+
+    faces: np.ndarray  # (N,) its triangles
+    across: np.ndarray  # (3,) unit vector, perpendicular to its direction and to the upright axis
+    middle: np.ndarray  # (2,) its centre: along `across`, and the height
+    extent: np.ndarray  # (2,) half its width and half its height
+    wide: float  # least half width of its square beside the windows, relative to that of the hole
+    sides: np.ndarray  # (2, 2) the sides of the square: along `across`, and their heights
+    rims: list[np.ndarray]  # vertices of the loops around it
+    # vertices of the other loops at its border, where other holes meet it
+    windows: list[np.ndarray]
+    collars: tuple[Collar, ...] = ()
+
+    @property
+    def along(self) -> np.ndarray:
+        """(3,) unit vector in its direction."""
+        return np.cross(self.across, [0, 0, 1])
+
+    def flat(self, places: np.ndarray) -> np.ndarray:
+        """(N, 2) coordinates across its direction, and heights, of places (N, 3)."""
+        return np.stack([places @ self.across, places[:, 2]], axis=1)
+
+    def parts(self, sizes: Sizes) -> int:
+        """Number of edges along each side of the square that its roundness requires."""
+        return sizes.in_quarter(float(self.extent.mean()))
+
+    def on_sides(self, share: np.ndarray) -> np.ndarray:
+        """(N, 2) points of the square after a number (N,) of its sides, from below right."""
+        (left, right), (low, high) = self.sides
+        corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
+        return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
+
+    def levels(self, at: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(N,) heights that divide its upright sides, and its collars above and below."""
+        low, high = self.sides[1]
+        parts = [(low, high, self.parts(sizes))]
+        for each in self.collars:
+            outer, rows = at[each.border, 2], each.rows(sizes)
+            parts += [(outer.min(), low, rows), (high, outer.max(), rows)]
+        return np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
+
+    def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
+        """(N, 3) places along its other sides and across collars, and lengths of edges there."""
+        middle, half = self.sides[0].mean(), np.ptp(self.sides[0]) / 2
+        strips = [(self.faces, 0.0, INNER * half, 2 * half / self.parts(sizes))]
+        for each in self.collars:
+            low, high = sorted((half, np.ptp(at[each.border] @ self.across) / 2))
+            rows = each.rows(sizes)
+            strips += [(each.faces, low, high, (high - low) / rows)] * (rows > 1)
+        found = [np.zeros((0, 3))]
+        for own, low, high, length in strips:
+            places = at[np.unique(faces[own])]
+            off = abs(places @ self.across - middle)
+            places = places[(off >= low) & (off < high), :2]
+            found.append(np.column_stack([places, np.full(len(places), length)]))
+        return np.concatenate(found)
 
 
-def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> Iterator[Hole]:
-    vectors = area_vectors(TriMesh(at, surface.faces))
-    seen = np.zeros(len(surface.faces), bool)
-    for number in numbers:
-        own = np.flatnonzero(surface.region == number)
-        along = _direction(vectors[own])
-        if along is None or seen[own].any():
-            continue
-        ring = _ring(surface, at, pairs, vectors, along, own)
-        seen[ring] = True
-        hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
-        if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
-            yield hole._replace(collars=tuple(collars(surface, at, pairs, hole)))
-
-
-def _direction(vectors: np.ndarray) -> np.ndarray | None:
-    """(3,) direction across the upright axis along a face with some area vectors (N, 3)."""
-    area = np.linalg.norm(vectors, axis=1).sum() or 1.0
-    spread, axes = np.linalg.eigh(unit(vectors).T @ vectors / area)
-    along = axes[:, 0] if spread[1] > STRAIGHT else np.cross([0, 0, 1], axes[:, 2])
-    if spread[0] > STRAIGHT or along[2] ** 2 > STRAIGHT:
-        return None
-    along = np.array([*along[:2], 0]) / np.linalg.norm(along[:2])
-    return along if along @ [1, np.sqrt(2), 0] > 0 else -along  # of opposite directions, one
-
-
-def _ring(
-    surface: TriMesh,
-    at: np.ndarray,
-    pairs: Pairs,
-    vectors: np.ndarray,
-    along: np.ndarray,
-    own: np.ndarray,
-) -> np.ndarray:
-    """(N,) triangles of the faces along a direction that are connected by edges along it."""
-    area = np.linalg.norm(vectors, axis=1)
-    size = np.bincount(surface.region, area)
-    lean = np.bincount(surface.region, (vectors @ along) ** 2 / np.maximum(area, 1e-300))
-    is_along = (lean < STRAIGHT * size)[surface.region]
-    one, two = pairs
-    step = np.diff(at[half_edges(surface.faces)[one]], axis=1)[:, 0]
-    square = (step**2).sum(axis=1)
-    joins = surface.region[one // 3] == surface.region[two // 3]
-    joins |= (square - (step @ along) ** 2) < STRAIGHT * square
-    joins &= is_along[one // 3] & is_along[two // 3]
-    piece = connected(one[joins] // 3, two[joins] // 3, len(surface.faces))
-    return np.flatnonzero(np.isin(piece, piece[own]) & is_along)
-
-
-def _hole(
-    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, across: np.ndarray, ring: np.ndarray
-) -> Hole | None:
-    """The hole or boss in a ring of faces, if one is curved and all are visible from its centre."""
-    flat = np.stack([at @ across, at[:, 2]], axis=1)
-    places = flat[surface.faces[ring]]
-    if not len(ring):
-        return None
-    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
-    middle = (low + high) / 2
-    normals = np.stack([vectors[ring] @ across, vectors[ring, 2]], axis=1)
-    inward = np.einsum("nd,nd->n", middle - places.mean(axis=1), normals)
-    from_inside, from_outside = inward.clip(0).sum(), -inward.clip(max=0).sum()
-    if min(from_inside, from_outside) > HIDDEN * max(from_inside, from_outside):
-        return None
-    is_boss = from_outside > from_inside
-    radius = np.linalg.norm((places - middle) / np.maximum((high - low) / 2, 1e-300), axis=2)
-    if is_boss and abs(radius - 1).max() > CIRCLE:
-        return None
-    for number in np.unique(surface.region[ring]):
-        own = normals[surface.region[ring] == number]
-        if np.linalg.norm(own.sum(axis=0)) < ROUND * np.linalg.norm(own, axis=1).sum():
-            loops = loops_of(surface.faces[ring])
-            turns = [_turn(flat[loop] - middle) for loop in loops]
-            rims = [loop for loop, turn in zip(loops, turns, strict=True) if turn]
-            windows = [loop for loop, turn in zip(loops, turns, strict=True) if not turn]
-            extent = (high - low) / 2
-            seen = np.concatenate([np.zeros((0, 2)), *(flat[loop] for loop in windows)])
-            wide = abs(seen[:, 0] - middle[0]).max(initial=0) / extent[0]
-            wide += min(BESIDE, (1 - wide) / 2)
-            least = BOSS if is_boss else HALF
-            half = np.array([max(least, wide), least]) * extent
-            sides = np.stack([middle - half, middle + half], axis=1)
-            return Hole(ring, across, middle, extent, wide, sides, rims, windows)
-    return None
-
-
-def _turn(places: np.ndarray) -> int:
-    """Number of turns of a loop (N, 2) about the origin."""
-    angle = np.arctan2(places[:, 1], places[:, 0])
-    return round(
-        ((np.diff(angle, append=angle[0]) + np.pi) % (2 * np.pi) - np.pi).sum() / np.pi / 2
-    )
+def flatten(surface: TriMesh, at: np.ndarray, hole: Hole, collar: Collar) -> float:
+    """Set a collar into the plane of its border, in place; the coordinate along the hole there."""
+    used = np.unique(surface.faces[collar.faces])
+    x, y = ((hole.flat(at[used]) - hole.middle) / hole.extent).T
+    share, radius = (np.arctan2(y, x) / (np.pi / 2) + 0.5) % 4, np.hypot(x, y)
+    border, level = np.searchsorted(used, collar.border), (at[collar.border] @ hole.along).mean()
+    radius[border] = radius[border].mean()
+    for corner in range(4):  # its closest vertex is at the corner
+        off = (share[border] - corner + 2) % 4 - 2
+        share[border[abs(off).argmin()]] = corner
+    middle = hole.sides.mean(axis=1)
+    flat = middle + radius[:, None] * (hole.on_sides(share) - middle)
+    at[used] = np.column_stack([flat[:, :1] * hole.across[:2], flat[:, 1]]) + level * hole.along
+    return float(level)

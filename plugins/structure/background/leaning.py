@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from polycube.hexmesh.background.arrangement import cross
+from polycube.hexmesh.background.curves import Sizes, whole
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.creases import chains_of, vertices_of
@@ -145,7 +146,7 @@ def divided(value: np.ndarray, faces: np.ndarray, limit: float) -> np.ndarray:
 
 
 def between(
-    heights: np.ndarray, foot: np.ndarray, top: np.ndarray, at: np.ndarray, most: float
+    heights: np.ndarray, foot: np.ndarray, top: np.ndarray, at: np.ndarray, sizes: Sizes
 ) -> tuple[np.ndarray, float]:
     """(N,) heights that divide the profile of a face evenly, so that its chords are close to it.
 
@@ -155,7 +156,7 @@ def between(
 
     heights : (P,) heights of its vertices
     foot, top, at : (P, 2) places over its two borders, and of its vertices
-    most : largest distance of a chord from the vertices
+    sizes : largest distance of a chord from the vertices
     """
     width = np.linalg.norm(top - foot, axis=1)
     profile = np.column_stack([heights, np.linalg.norm(at - foot, axis=1)])
@@ -167,8 +168,8 @@ def between(
     low, high = profile[[0, -1]]
     chord = np.broadcast_to(high - low, profile.shape)
     off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
-    least = float(np.sqrt(off / most))  # a chord is as far as its squared length
-    number, arc = int(np.ceil(least - 0.05)), lengths(profile)
+    least, arc = sizes.chords(float(off)), lengths(profile)
+    number = whole(least)
     return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0]), least
 
 

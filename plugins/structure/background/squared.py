@@ -5,26 +5,19 @@ each hex has an angle of 60 degrees. At the corners of a boss, of a rounded edge
 hex has an angle of 180 degrees less that of an edge round it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.curves import CHORD_SHARE
+from polycube.hexmesh.background.curves import CHORD_SHARE, Sizes
 from polycube.surface.arc_length import lengths
 from polycube.surface.measures import place, triangle_vectors, unit
 from polycube.types import TriMesh
 
-from .collars import flatten
+from .holes import Hole, flatten
 from .leaning import Leaning, between, divided, over
-
-if TYPE_CHECKING:
-    from polycube.hexmesh.background.curves import Sizes
-
-    from .collars import Hole
 
 TANGENT = 0.55  # largest mean cosine between the axis and the normals of a rounding at a wall
 STRAIGHT = 0.02  # sine: tolerance for the direction and the borders of a round end
@@ -129,7 +122,7 @@ def squared_off(
     share = np.arctan2(rise, run) / (np.pi / 2)  # of the turn from the wall
     share[np.searchsorted(used, foot)], share[np.searchsorted(used, top)] = 0, 1
     upper = divided(share, faces, 0.5)
-    levels, least = between(before[used, 2], outer, inner, before[used, :2], sizes.chord)
+    levels, least = between(before[used, 2], outer, inner, before[used, :2], sizes)
     outer, inner = (over(at, before, face, end)[used] for end in (base, 1 - base))
     low, high, width = at[foot, 2].mean(), at[top, 2].mean(), np.linalg.norm(outer - inner, axis=1)
     parts = max((len(levels) + 2) // 2, 1 if rows is None else 2 if len(levels) else rows)

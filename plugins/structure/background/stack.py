@@ -11,7 +11,7 @@ from polycube.hexmesh.background.background import Background, NoBackgroundError
 from polycube.surface.measures import curved_faces, diagonal, frame, half_edges, place, twins
 from polycube.types import TriMesh
 
-from .holes import Pairs
+from .rings import Pairs
 from .upright import Upright, leaning_share, upright
 from .walls import FLAT, Triangles, caps, check_walls, triangles, wall_of
 

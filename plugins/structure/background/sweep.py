@@ -77,6 +77,7 @@ class Bent(ColumnStructure):
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a section along its path."""
         from polycube.hexmesh.background.columns import columns, layers
+        from polycube.hexmesh.background.curves import whole
         from polycube.hexmesh.background.section import section_of
 
         from .path import path
@@ -88,7 +89,7 @@ class Bent(ColumnStructure):
         for k, (motion, radius) in enumerate(zip(found.motions, found.radius, strict=True)):
             if motion.angle:
                 turns = sizes.around(radius) / (2 * np.pi), 1 / TURN
-                number[k] = max(number[k], np.ceil(motion.angle * max(turns) - 0.05))
+                number[k] = max(number[k], whole(motion.angle * max(turns)))
         return columns(flat, part, full, number)
 
 

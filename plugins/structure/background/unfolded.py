@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.hexmesh.background.curves import whole
 from polycube.hexmesh.background.sheet_piece import Piece, next_piece
 from polycube.surface import closest, measures
 from polycube.types import TriMesh
@@ -54,7 +55,7 @@ class Unfolded(NamedTuple):
                 local = (self.surface.vertices[own] - piece.flat) @ piece.flat_rows.T
                 (low, start, _), (high, end, _) = local.min(axis=0), local.max(axis=0)
                 largest = max(abs(piece.radius), 2 * piece.middle - abs(piece.radius))
-                parts = int(np.ceil(number(largest, (end - start) / piece.middle) / 2 - 0.05))
+                parts = whole(number(largest, (end - start) / piece.middle) / 2)
                 at = np.linspace(start, end, parts + 1)[1:-1]
                 ends = np.stack(np.broadcast_arrays([low, high], at[:, None]), axis=2)
                 found.append(piece.flat[:2] + ends @ piece.flat_rows[:2, :2])

@@ -19,10 +19,9 @@ from polycube.surface import measures
 from polycube.types import TriMesh
 
 from .blends import blend, squared_blends, upright_roundings
-from .collars import Pairs
-from .holes import holes_across
 from .leaning import between, leaning, over, set_upright
 from .ribs import levelled, squared_rib
+from .rings import Pairs, holes_across
 from .squared import round_end, square, squared_off
 
 if TYPE_CHECKING:
@@ -157,7 +156,7 @@ def upright(
         if is_wall[number]:
             used = np.unique(face.faces)
             foot, top = (over(before, before, face, k)[used] for k in (0, 1))
-            levels.append(between(at[used, 2], foot, top, before[used, :2], sizes.chord)[0])
+            levels.append(between(at[used, 2], foot, top, before[used, :2], sizes)[0])
     if blends:
         is_changed |= np.isin(region, [one.number for one in blends])
         part = replace(surface, region=region)

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.background import NoBackgroundError
+from polycube.surface import closest
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import coincident, connected, unit
@@ -80,29 +81,28 @@ def simplified(
 
     near, narrow : size of the details, and largest width of a strip that is closed
     """
-    points, kept = points.copy(), np.zeros((0, 2), np.int64)
+    places, kept = np.pad(points, ((0, 0), (0, 1))), np.zeros((0, 2), np.int64)
     chains = [vertices_of(lines, chain) for chain in chains_of(lines)]
-    for own in sorted(chains, key=lambda each: -lengths(points[each])[-1]):
-        low, high = points[own].min(axis=0) - narrow, points[own].max(axis=0) + narrow
-        ends = points[kept]
+    for own in sorted(chains, key=lambda each: -lengths(places[each])[-1]):
+        low, high = places[own].min(axis=0) - narrow, places[own].max(axis=0) + narrow
+        ends = places[kept]
         ends = ends[((ends.max(axis=1) > low) & (ends.min(axis=1) < high)).all(axis=1)]
-        off, share = to_lines(points[own], ends)
-        if off.min(axis=1, initial=np.inf).max() < narrow:
-            line = off.argmin(axis=1)
-            at = share[np.arange(len(own)), line, None]
-            points[own] = (1 - at) * ends[line, 0] + at * ends[line, 1]
-            continue
-        steps = unit(np.diff(points[own], axis=0))
+        if len(ends):
+            at = closest.closest(closest.tree(ends[:, [0, 1, 1]]), places[own])[0]
+            if np.linalg.norm(at - places[own], axis=1).max() < narrow:
+                places[own] = at
+                continue
+        steps = unit(np.diff(places[own], axis=0))
         turn = np.arccos(np.clip((steps[1:] * steps[:-1]).sum(axis=1), -1, 1))
         corners = np.flatnonzero(turn > LAST) + 1
         for first, last in pairwise([0, *corners, len(own) - 1]):
-            arc = lengths(points[own[first : last + 1]])
+            arc = lengths(places[own[first : last + 1]])
             number = max(1, turn[first : last - 1].sum() / SMOOTH, arc[-1] / (SPACING * near))
             wanted = np.linspace(0, arc[-1], min(int(number), last - first) + 1)
             some = own[first + np.unique(abs(arc - wanted[:, None]).argmin(axis=1))]
             kept = np.concatenate([kept, np.stack([some[:-1], some[1:]], axis=1)])
     used, row = np.unique(kept, return_inverse=True)
-    return points[used], row.reshape(-1, 2)
+    return places[used, :2], row.reshape(-1, 2)
 
 
 def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:

@@ -88,7 +88,16 @@ class Sizes:
 
     def in_quarter(self, radius: float) -> int:
         """Smallest number of edges in a quarter of a circle."""
-        return int(np.ceil(self.around(radius) / 4 - 0.05))
+        return whole(self.around(radius) / 4)
+
+    def chords(self, off: float) -> float:
+        """Number of chords of a curve, not rounded, of which a single one is `off` away from it."""
+        return float(np.sqrt(off / self.chord))  # a chord is as far as its squared length
+
+
+def whole(number: float) -> int:
+    """A number of edges, rounded up unless it is only slightly larger than a whole one."""
+    return int(np.ceil(number - SHORT))
 
 
 def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float) -> list[Curve]:

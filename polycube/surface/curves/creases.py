@@ -21,7 +21,7 @@ import numpy as np
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.features import Crease, Features
 from polycube.surface.filtered_normals import between_planes, broad_turns
-from polycube.surface.measures import connected, half_edges, open_edges, twins
+from polycube.surface.measures import connected, half_edges, twins
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # smallest angle between the normals at a sharp edge
@@ -126,12 +126,6 @@ def _without_noise(
             break
         left = left[keep]
     return np.isin(np.arange(len(sides)), left)
-
-
-def loops_of(faces: np.ndarray) -> list[np.ndarray]:
-    """Vertices of the loops at the border of triangles (F, 3)."""
-    border = open_edges(faces)
-    return [vertices_of(border, chain)[:-1] for chain in chains_of(border)]
 
 
 def chains_of(sides: np.ndarray) -> list[list[int]]:
