@@ -11,7 +11,8 @@ from polycube.surface.measures import connected, diagonal
 from polycube.types import TriMesh
 
 TOUCH = 1e-10  # of the diagonal: an end this close to a plane is taken to be on it
-MOST = 150_000_000  # comparisons of sides of boxes, in some 10 s; a scan needs about 50 for a face
+MOST = 40_000_000  # comparisons of sides of boxes, in about a second
+OF_FACE = 150  # comparisons for each face that are always made; a scan needs about 50
 SAMPLES = 64  # faces from which the number of comparisons is estimated
 BATCH = 50_000  # pairs of faces that are tested at once
 
@@ -23,7 +24,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
     """
     corners = surface.vertices[surface.faces]
     corners = (corners - surface.vertices.mean(axis=0)) / diagonal(surface)
-    if _comparisons(corners) > MOST:
+    if _comparisons(corners) > max(MOST, OF_FACE * len(corners)):
         why = f"too many of the {len(surface.faces)} faces lie close to many others"
         raise InputError(f"intersecting faces were not searched for: {why}")
     pairs = meeting(surface.vertices, surface.faces, 1)
