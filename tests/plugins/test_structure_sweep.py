@@ -259,6 +259,21 @@ def test_ends_that_are_closer_than_the_distance_from_the_curve_are_merged():
         assert len(loops_of(found, edges)) == 2
 
 
+@pytest.mark.parametrize("high", np.linspace(0.18, 0.5, 9).tolist())
+def test_lines_cross_two_polylines_of_one_circle_at_the_same_points(high):
+    """Also if a point of the line is on the longer chord, where the circle is not."""
+    x = np.linspace(-1.5, 1.5, 61)
+    sides = [np.stack([s * x, np.full(61, -s * high)], axis=1) for s in (1, -1)]
+    parts = [circle(1.0, 24), circle(1.0, 131), np.concatenate(sides)]
+    start = np.cumsum([0, *map(len, parts)])
+    loop = [np.arange(a, b) for a, b in pairwise(start)]
+    lines = np.concatenate([np.stack([own, np.roll(own, -1)], axis=1) for own in loop])
+    points, edges = arrangement(np.concatenate(parts), lines, 1e-5)
+    areas = [loop_area(points, edges, own) for own in loops_of(points, edges)]
+    assert sum(area > 0 for area in areas) == 5
+    assert (np.bincount(edges.ravel()) > 2).sum() == 4
+
+
 def circle(radius: float, number: int, middle: float = 0.0) -> np.ndarray:
     angle = 2 * np.pi * (np.arange(number) + 0.3) / number
     return np.stack([middle + radius * np.cos(angle), radius * np.sin(angle)], axis=1)

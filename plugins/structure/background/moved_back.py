@@ -19,7 +19,7 @@ from polycube.types import HexMesh, TriMesh
 
 from .upright import Upright
 
-INVERTED = 0.02  # largest share of inverted hexes, which the fit can still unfold
+INVERTED = 0.03  # largest share of inverted hexes, which the fit can still unfold
 FILLED = 0.1  # largest relative difference of the volumes
 ON = 1e-3  # of the diagonal: distance within which a vertex is on a face or curve
 MERGED = 1.1 * max(DETAILS)  # the same if its quads are at the face or curve: details are merged

@@ -52,12 +52,12 @@ def arrangement(
     if len(lines) > MOST:
         raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
     sag = np.maximum(sag, _sags(points, lines))
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         number = len(lines)
-        owner, point = _points_on(points, lines, near + sag, near)
+        owner, point = _points_on(points, lines, near + sag, near, turn > 0)
         lines, sag = _split(points, lines, sag, owner, point)
         points, lines, sag = _without_short(points, lines, sag, near)
-        if len(lines) == number and not len(owner):
+        if turn and len(lines) == number and not len(owner):
             break
     crossing, owner = _crossings(points, lines, near)
     point = len(points) + np.repeat(np.arange(len(crossing)), 2)
@@ -126,11 +126,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """
     step = points[lines[:, 1]] - points[lines[:, 0]]
     length = np.linalg.norm(step, axis=1)
-    degree = np.bincount(lines.ravel(), minlength=len(points))
-    end = np.argsort(lines.ravel(), kind="stable")
-    first = np.cumsum(degree) - degree
-    inner = np.flatnonzero(degree == 2)
-    one, two = end[first[inner]], end[first[inner] + 1]  # 2 line + end
+    inner, one, two = _inner(lines, len(points))
     away = np.where(np.array([one, two]) % 2, -1, 1)[..., None] * step[[one // 2, two // 2]]
     turn = np.full(len(points), np.inf)
     both = np.maximum(length[one // 2] * length[two // 2], 1e-300)  # equal points may be connected
@@ -146,12 +142,24 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     return np.where(is_chord, SAG * length * np.tan(angle / 4) / 2, 0.0)
 
 
+def _inner(lines: np.ndarray, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (N,) of some `number` with two lines, and the ends 2 line + end (N,) of both there."""
+    degree = np.bincount(lines.ravel(), minlength=number)
+    end = np.argsort(lines.ravel(), kind="stable")
+    first = np.cumsum(degree) - degree
+    inner = np.flatnonzero(degree == 2)
+    return inner, end[first[inner]], end[first[inner] + 1]
+
+
 def _points_on(
-    points: np.ndarray, lines: np.ndarray, within: np.ndarray, near: float
+    points: np.ndarray, lines: np.ndarray, within: np.ndarray, near: float, may_cross: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lines (N,) and points (N,) on them between their ends, within distances (S,).
 
     Points closer than `near` to an end are not between.
+
+    may_cross : else, not a point at which other lines cross a chord; they cross its curve
+        elsewhere, and another polyline of the curve may show where
     """
     start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
@@ -164,6 +172,13 @@ def _points_on(
     gap = within[owner]
     on = (off < gap) & (along > near) & (along < length[owner] - near)
     on &= (point[:, None] != lines[owner]).all(axis=1)
+    beside = np.tile(np.arange(len(points)), (2, 1))
+    inner, *two = _inner(lines, len(points))
+    beside[:, inner] = lines.ravel()[np.array(two) ^ 1]  # the other ends of their lines
+    side = [cross(points[each[point]] - start[owner], step[owner]) for each in beside]
+    farthest = gap * length[owner]
+    crosses = (np.minimum(*side) < -farthest) & (np.maximum(*side) > farthest) & (gap > 2 * near)
+    on &= may_cross | ~crosses
     return owner[on], point[on]
 
 
