@@ -52,12 +52,12 @@ def arrangement(
     if len(lines) > MOST:
         raise NoBackgroundError(f"its section has {len(lines)} lines, more than {MOST}")
     sag = np.maximum(sag, _sags(points, lines))
-    for turn in range(ROUNDS):
+    for done in range(ROUNDS):
         number = len(lines)
-        owner, point = _points_on(points, lines, near + sag, near, turn > 0)
+        owner, point = _points_on(points, lines, near + sag, near, done > 0)
         lines, sag = _split(points, lines, sag, owner, point)
         points, lines, sag = _without_short(points, lines, sag, near)
-        if turn and len(lines) == number and not len(owner):
+        if done and len(lines) == number and not len(owner):
             break
     crossing, owner = _crossings(points, lines, near)
     point = len(points) + np.repeat(np.arange(len(crossing)), 2)
