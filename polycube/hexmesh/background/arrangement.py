@@ -126,7 +126,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """
     step = points[lines[:, 1]] - points[lines[:, 0]]
     length = np.linalg.norm(step, axis=1)
-    inner, one, two = _inner(lines, len(points))
+    inner, one, two = passed(lines, len(points))
     away = np.where(np.array([one, two]) % 2, -1, 1)[..., None] * step[[one // 2, two // 2]]
     turn = np.full(len(points), np.inf)
     both = np.maximum(length[one // 2] * length[two // 2], 1e-300)  # equal points may be connected
@@ -142,7 +142,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     return np.where(is_chord, SAG * length * np.tan(angle / 4) / 2, 0.0)
 
 
-def _inner(lines: np.ndarray, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def passed(lines: np.ndarray, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (N,) of some `number` with two lines, and the ends 2 line + end (N,) of both there."""
     degree = np.bincount(lines.ravel(), minlength=number)
     end = np.argsort(lines.ravel(), kind="stable")
@@ -172,13 +172,13 @@ def _points_on(
     gap = within[owner]
     on = (off < gap) & (along > near) & (along < length[owner] - near)
     on &= (point[:, None] != lines[owner]).all(axis=1)
-    beside = np.tile(np.arange(len(points)), (2, 1))
-    inner, *two = _inner(lines, len(points))
-    beside[:, inner] = lines.ravel()[np.array(two) ^ 1]  # the other ends of their lines
-    side = [cross(points[each[point]] - start[owner], step[owner]) for each in beside]
-    farthest = gap * length[owner]
-    crosses = (np.minimum(*side) < -farthest) & (np.maximum(*side) > farthest) & (gap > 2 * near)
-    on &= may_cross | ~crosses
+    if not may_cross:
+        beside = np.tile(np.arange(len(points)), (2, 1))
+        inner, *two = passed(lines, len(points))
+        beside[:, inner] = lines.ravel()[np.array(two) ^ 1]  # the other ends of their lines
+        side = [cross(points[each[point]] - start[owner], step[owner]) for each in beside]
+        far = gap * length[owner]
+        on &= (np.minimum(*side) >= -far) | (np.maximum(*side) <= far) | (gap <= 2 * near)
     return owner[on], point[on]
 
 

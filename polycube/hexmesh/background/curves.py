@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
+from polycube.hexmesh.background.arrangement import passed
 from polycube.hexmesh.background.cells import Loops
 from polycube.hexmesh.settings import edges_around
 from polycube.surface.arc_length import lengths
@@ -106,15 +107,11 @@ def curves(points: np.ndarray, edges: np.ndarray, marks: np.ndarray, near: float
     They end where three edges meet, at sharp turns and at marks (M, 2).
     """
     start = edges.ravel()  # of each half-edge
-    out = np.argsort(start, kind="stable")  # half-edges sorted by their starts
-    degree = np.bincount(start, minlength=len(points))
-    first = np.cumsum(degree) - degree
-    inner = np.flatnonzero(degree == 2)
-    one, two = out[first[inner]], out[first[inner] + 1]
+    inner, one, two = passed(edges, len(points))
     step = points[edges[:, ::-1].ravel()] - points[start]
     step /= np.linalg.norm(step, axis=1, keepdims=True)
-    is_end = degree != 2
-    is_end[inner] |= -np.einsum("nd,nd->n", step[one], step[two]) < np.cos(CORNER)
+    is_end = np.ones(len(points), bool)
+    is_end[inner] = -np.einsum("nd,nd->n", step[one], step[two]) < np.cos(CORNER)
     if len(marks):
         off, at = cKDTree(points).query(marks)
         is_end[at[off < near]] = True
@@ -232,10 +229,10 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
     total = float(chain.arc[-1])
     mean = len(arc) / float((1 / size).sum())
     parts = total / (float(size.min()) if _is_even(chain, size) else mean)
-    half = np.round(parts / 2) if chain.turn < CORNER else np.ceil(parts / 2 - SHORT)
+    half = np.round(parts / 2) if chain.turn < CORNER else whole(parts / 2)
     circle = total * 2 * np.pi / max(chain.turn, CORNER)
     around = edges_around(sizes.around_hole, circle, sizes.size)
-    least = np.ceil(around * chain.turn / (4 * np.pi) - SHORT)
+    least = whole(around * chain.turn / (4 * np.pi))
     is_closed = (chain.points[0] == chain.points[-1]).all()
     return 2 * int(max(half, least, 3 if is_closed else 1))
 
