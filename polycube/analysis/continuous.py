@@ -11,15 +11,16 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import DTypeLike
 from scipy.sparse import csr_matrix, diags, eye, kron
 
 from polycube.analysis.constraints import Support
 from polycube.analysis.cyclic import Sector
-from polycube.analysis.element_forces import LANES, elastic_forces
+from polycube.analysis.element_forces import LANES, Sums, elastic_forces
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import inverse, jacobians, volumes
 from polycube.numerics.conjugate_gradients import Operator, conjugate_gradients
@@ -50,6 +51,7 @@ class Elasticity:
     n_gauss: int
     solid: Material
     add: csr_matrix  # (B, 64 E) sums at the nodes
+    sums: Sums
 
     @classmethod
     def of(cls, spline: Spline, solid: Material, n_gauss: int = 4) -> Elasticity:
@@ -74,6 +76,7 @@ class Elasticity:
             add=csr_matrix(
                 (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), (len(points), len(nodes))
             ),
+            sums=Sums.at(spline.nodes),
         )
 
     def forces(
@@ -84,13 +87,17 @@ class Elasticity:
     ) -> np.ndarray:
         """(B, 3) forces K u of coefficients u (B, 3); see `elastic_forces`."""
         given = self.n_gauss, self.solid, to_bezier, stress
-        return elastic_forces(self.place, self.nodes, displacement, *given)
+        return elastic_forces(self.place, self.nodes, self.sums, displacement, *given)
 
     def inertia(self, displacement: np.ndarray) -> np.ndarray:
-        """(B, 3) products M u with the mass, of coefficients u (B, 3)."""
-        values = volume_basis(gauss(self.n_gauss)[0])[0]
-        mass = (self.solid.at().density * self.volume)[..., None]
-        moments = values.T @ (mass * (values @ displacement[self.nodes]))
+        """(B, 3) products M u with the mass, of coefficients u (B, 3), in the same precision."""
+        kind = displacement.dtype
+        values = volume_basis(gauss(self.n_gauss)[0])[0].astype(kind)
+        mass = (self.solid.at().density * self.volume).astype(kind)[..., None]
+        moments = np.empty((*self.nodes.shape, 3), kind)
+        for start in range(0, len(moments), CHUNK * LANES):
+            own = slice(start, start + CHUNK * LANES)
+            moments[own] = values.T @ (mass[own] * (values @ displacement[self.nodes[own]]))
         return self.add @ moments.reshape(-1, 3)
 
     def expansion(self, pressure: np.ndarray) -> np.ndarray:
@@ -138,10 +145,12 @@ class Enrichment:
         coarse: Operator | None = None,
         sector: Sector | None = None,
         copies: csr_matrix | None = None,
+        kind: DTypeLike = float,
     ) -> Enrichment:
         """The enrichment of a spline with supports, and with the symmetry of a sector.
 
         Where elements of two levels meet, only the functions of the spline connect them.
+        kind : precision of the conjugate gradients
         copies : (B', B) the nodes of the spline for those of the elasticity, if it is cut
         """
         is_free = np.ones((spline.extraction.shape[0], 3), bool)
@@ -162,7 +171,8 @@ class Enrichment:
         weak = np.where(energy > 0, 1 / np.where(energy > 0, energy, 1), 0)
         step = csr_matrix(allowed @ diags(weak) @ allowed)
         count = np.bincount(elasticity.nodes.ravel(), minlength=len(allowed.indptr) // 3)
-        return cls(elasticity, allowed, step, count.clip(1)[:, None], coarse)
+        elasticity = replace(elasticity, place=elasticity.place.astype(kind, copy=False))
+        return cls(elasticity, allowed, step.astype(kind), count.clip(1)[:, None], coarse)
 
     def solve(
         self, rest: np.ndarray, most: int = MOST, tolerance: float = TOLERANCE
@@ -170,6 +180,7 @@ class Enrichment:
         """The displacement (B, 3) under unbalanced forces (B, 3), the steps, and the residual."""
         forces = partial(self.elasticity.forces, to_bezier=LINE)
         acting = self._sums(FROM_LOBATTO.T, self.acting(rest) / self.count)
+        acting = acting.astype(self.step.dtype, copy=False)
         found, steps, residual = conjugate_gradients(
             forces, acting, self._precondition, most, tolerance
         )

@@ -5,7 +5,8 @@ Each number of an element has a row with a lane for each of `LANES` elements, so
 loops are vectorised. The derivatives of the parameters by the coordinates are given.
 """
 
-from functools import partial, reduce
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,9 +21,31 @@ LEAST = 4  # smallest number of batches for a thread
 XX, YX, ZX, XY, YY, ZY, XZ, YZ, ZZ = range(0, 9 * LANES, LANES)  # rows of a matrix
 
 
+class Sums(NamedTuple):
+    """Rows of sums at the nodes of elements, such that no two threads change the same row."""
+
+    rows: np.ndarray  # (E, 64); the first thread with a node has the row of the node
+    further: list[np.ndarray]  # nodes of the rows after those of all nodes, of each other thread
+
+    @classmethod
+    def at(cls, nodes: np.ndarray) -> "Sums":
+        """The rows for nodes (E, 64), which are numbered from 0."""
+        size = end = nodes.max() + 1
+        has, rows, further = np.zeros(size, bool), np.empty_like(nodes), []
+        for part in parts(-(-len(nodes) // LANES), LEAST):
+            own, row, before = slice(part.start * LANES, part.stop * LANES), np.arange(size), has
+            has = np.zeros(size, bool)
+            has[nodes[own]] = True
+            further.append(np.flatnonzero(has & before))
+            row[further[-1]] = end + np.arange(len(further[-1]))
+            rows[own], has, end = row[nodes[own]], has | before, end + len(further[-1])
+        return cls(rows, further)
+
+
 def elastic_forces(
     place: np.ndarray,
     nodes: np.ndarray,
+    sums: Sums,
     displacement: np.ndarray,
     n_gauss: int,
     solid: Material,
@@ -33,26 +56,30 @@ def elastic_forces(
 
     place : (ceil(E / LANES), n^3, 9 LANES) derivatives da_k/dx_i at the Gauss points of a batch,
         times the square root of the volume, with a row of lanes for every i of every k
-    displacement : (B, 3) coefficients.  nodes : (E, 64)
+    displacement : (B, 3) coefficients, in the precision of `place`.  nodes : (E, 64)
+    sums : those of the nodes
     to_bezier : (4, 4) Bezier coefficients on a line from these
     stress : (E, n^3, 6) is filled with stresses times the square root of the volume, in 32 bits
     """
-    line = gauss(n_gauss)[0]
-    values, slopes = (basis(line) @ to_bezier for basis in (bernstein, derivative))
-    displacement = np.ascontiguousarray(displacement)
+    size, line = len(displacement), gauss(n_gauss)[0]
     moduli = np.zeros((len(nodes), 2)) + np.column_stack([solid.shear, solid.lame])
+    tables = displacement, bernstein(line) @ to_bezier, derivative(line) @ to_bezier, moduli
+    u, values, slopes, moduli = (np.ascontiguousarray(table, place.dtype) for table in tables)
     kept = np.empty((0, n_gauss**3, 6), np.float32) if stress is None else stress
-    work = [
-        partial(_forces, place, nodes, displacement, values, slopes, moduli, kept, p.start, p.stop)
-        for p in parts(len(place), LEAST)
-    ]
-    return reduce(np.ndarray.__iadd__, side_by_side(work))
+    found = np.zeros((size + sum(map(len, sums.further)), 3), place.dtype)
+    given = partial(_forces, place, nodes, sums.rows, found, u, values, slopes, moduli, kept)
+    side_by_side([partial(given, part.start, part.stop) for part in parts(len(place), LEAST)])
+    for nodes in sums.further:
+        found[nodes] += found[size : (size := size + len(nodes))]
+    return found[: len(displacement)]
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _forces(
     place: np.ndarray,
     nodes: np.ndarray,
+    rows: np.ndarray,
+    found: np.ndarray,
     displacement: np.ndarray,
     values: np.ndarray,
     slopes: np.ndarray,
@@ -60,14 +87,13 @@ def _forces(
     stress: np.ndarray,
     first: int,
     last: int,
-) -> np.ndarray:
-    """(B, 3) forces of some batches of elements; values, slopes (n, 4) on a line."""
-    n = len(values)
-    found, of_lanes = np.zeros_like(displacement), np.empty((2, LANES))
-    net, slope = np.empty(192 * LANES), np.empty((n * n, 3, 3 * LANES))
+) -> None:
+    """Add the forces of some batches of elements to rows; values, slopes (n, 4) on a line."""
+    n, kind = len(values), displacement.dtype
+    of_lanes, kept = np.empty((2, LANES), kind), np.empty((n * n, 6 * LANES), kind)
+    net, slope = np.empty(192 * LANES, kind), np.empty((n * n, 3, 3 * LANES), kind)
     by_net, flat = np.empty_like(net), slope.reshape(n * n, -1)
-    planes, lines = np.empty((2, 48 * LANES)), np.empty((3, 12 * LANES))
-    kept = np.empty((n * n, 6 * LANES))
+    planes, lines = np.empty((2, 48 * LANES), kind), np.empty((3, 12 * LANES), kind)
     for batch in range(first, last):
         start = batch * LANES
         many = min(LANES, len(nodes) - start)
@@ -87,8 +113,7 @@ def _forces(
         for at in range(many):
             for r in range(64):
                 for d in range(3):
-                    found[nodes[start + at, r], d] += by_net[(3 * r + d) * LANES + at]
-    return found
+                    found[rows[start + at, r], d] += by_net[(3 * r + d) * LANES + at]
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")

@@ -9,6 +9,7 @@ zero; in large models with an approximate inverse.
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
@@ -24,6 +25,7 @@ from polycube.analysis.preconditioner import approximate_inverse, single_precisi
 from polycube.analysis.problem import Cyclic, Material
 from polycube.analysis.shape import distance_error
 from polycube.numerics.davidson import davidson
+from polycube.numerics.threads import side_by_side
 from polycube.types import Modes, Spline
 from polycube.units import METRES
 
@@ -73,25 +75,12 @@ def free_modes(
     diagonal = np.linalg.norm(np.ptp(spline.control, axis=0))
     unit = replace(spline, control=spline.control / diagonal, offset=spline.offset / diagonal)
     solid, young, density = material.scaled()
-    stiffness, mass = assemble_lower(Elements.of(unit), solid, n_gauss)
-    each = mass @ np.ones(mass.shape[0])  # mass of each function
-    near = approximate_inverse(unit, constraints, solid, SHIFT)
-    spare = SPARE[near is not None] if enrich else 0
-    number = min(n_modes + spare, constraints.basis.shape[1] - 1)
-    inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
-    if near is None:
-        free = constraints.restricted(stiffness.full())
-        free_inertia = constraints.restricted(kron(inertia, eye(3), "csr"))
-        points = constraints.points(spline.control)
-        values, vectors = lowest(free, free_inertia, number, points)
-    else:
-        both = near.restricted(stiffness), near.restricted(inertia)
-        values, vectors = davidson(*both, near, number, SHIFT, TOLERANCE)
-    shapes = (constraints.basis @ vectors).T.reshape(number, -1, 3)
-    rigid = min(number, free_rigid_motions(spline, constraints))
+    given = unit, solid, n_gauss, constraints
+    values, shapes, each = _in_spline_space(*given, n_modes, lumped, enrich)
+    rigid = min(len(values), free_rigid_motions(spline, constraints))
     errors = np.zeros(0)
     if enrich:
-        values, errors = _enriched(unit, solid, n_gauss, constraints, values, shapes, rigid)
+        values, errors = _enriched(*given, values, shapes, rigid)
         order = np.argsort(values, kind="stable")[:n_modes]
         values, shapes, errors = values[order], shapes[order], errors[order]
     length = diagonal * METRES[length_unit]
@@ -105,6 +94,33 @@ def free_modes(
         rigid=min(rigid, n_modes),
         errors=tuple(errors[rigid:].tolist()),
     )
+
+
+def _in_spline_space(
+    spline: Spline,
+    solid: Material,
+    n_gauss: int,
+    constraints: Constraints,
+    n_modes: int,
+    lumped: bool,
+    has_spare: bool,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eigenvalues (K,), and shapes (K, C, 3) of the spline, with the mass (C,) of each function."""
+    stiffness, mass = assemble_lower(Elements.of(spline), solid, n_gauss)
+    each = mass @ np.ones(mass.shape[0])
+    near = approximate_inverse(spline, constraints, solid, SHIFT)
+    spare = SPARE[near is not None] if has_spare else 0
+    number = min(n_modes + spare, constraints.basis.shape[1] - 1)
+    inertia = diags(each, format="csr") if lumped else mass.full().tocsr()
+    if near is None:
+        free = constraints.restricted(stiffness.full())
+        free_inertia = constraints.restricted(kron(inertia, eye(3), "csr"))
+        points = constraints.points(spline.control)
+        values, vectors = lowest(free, free_inertia, number, points)
+    else:
+        both = near.restricted(stiffness), near.restricted(inertia)
+        values, vectors = davidson(*both, near, number, SHIFT, TOLERANCE)
+    return values, (constraints.basis @ vectors).T.reshape(number, -1, 3), each
 
 
 def _enriched(
@@ -126,35 +142,41 @@ def _enriched(
     correction, and the effect of the distance of the boundary are added.
     """
     elasticity = Elasticity.of(spline, solid, n_gauss)
+    parts = spline, elasticity, constraints.supports
+    enrichment = Enrichment.of(*parts, sector=constraints.sector, kind=np.float32)
     poor, nodes, volume = poor_elements(spline), spline.nodes, elasticity.volume
-    root, stress = np.sqrt(abs(volume))[..., None], np.empty((*volume.shape, 6), np.float32)
-    root, carry = root.astype(np.float32), recovery.barlow(elasticity.n_gauss).astype(np.float32)
-    enrichment = Enrichment.of(spline, elasticity, constraints.supports, sector=constraints.sector)
-    found, density = values.copy(), np.zeros((len(elasticity.points), len(values)))
-    lost = np.zeros(len(values))
-    for i in range(rigid, len(values)):
+    root = np.sqrt(abs(volume)).astype(np.float32)[..., None]
+    carry = recovery.barlow(elasticity.n_gauss).astype(np.float32)
+
+    def corrected(i: int) -> tuple[float, float, float]:
+        """The eigenvalue of a mode, and its errors from the stress and from the distance."""
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
-        rest = value * elasticity.inertia(moved) - resisting
+        rest = value * elasticity.inertia(moved.astype(np.float32)) - resisting
         more, _, _ = enrichment.solve(rest, STEPS, RESIDUAL)
-        lower, heavy = shapes[: i + 1], elasticity.inertia(more)
+        lower, heavy = shapes[: i + 1], elasticity.inertia(more.astype(np.float32))
         shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ heavy)
         mass = max(float((more * heavy).sum() - (shares**2).sum()), TINY)
         more -= spline.extraction @ np.tensordot(shares, lower, 1)
         moved += more
+        stress = np.empty((*volume.shape, 6), np.float32)
         own = (more * (elasticity.forces(moved, stress=stress) - resisting)).sum() / mass
         coupled = (more * resisting).sum() ** 2 / mass
         apart = max(own - value, 0) / 2
-        found[i] = value + apart - np.sqrt(apart**2 + coupled)
-        raw = stress / root
-        mean = recovery.shared(spline, carry @ raw, poor)
-        lost[i] = value * recovery.energy_error(nodes, raw, mean, volume, solid.work)[0] ** 2
+        stress /= root
+        mean = recovery.shared(spline, carry @ stress, poor)
+        lost = value * recovery.energy_error(nodes, stress, mean, volume, solid.work)[0] ** 2
+        off = 0.0
         if len(spline.offset):
-            fields = np.column_stack([mean, value * (moved**2).sum(axis=1)])
-            density[:, i] = recovery.field_of(spline, fields.astype(np.float32), solid.gain)
+            fields = np.column_stack([mean, value * (moved**2).sum(axis=1)]).astype(np.float32)
+            off = float(distance_error(spline, recovery.field_of(spline, fields, solid.gain)))
+        return value + apart - np.sqrt(apart**2 + coupled), lost, off
+
+    found, (lost, off) = values.copy(), np.zeros((2, len(values)))
+    each = side_by_side([partial(corrected, i) for i in range(rigid, len(values))])
+    found[rigid:], lost[rigid:], off[rigid:] = np.transpose(each)
     size, gain = values.clip(TINY), values - found
-    off = SAFETY * lost + gain * (REST + gain / size / 2) + distance_error(spline, density)
-    return found, off / size / 2
+    return found, (SAFETY * lost + gain * (REST + gain / size / 2) + off) / size / 2
 
 
 def lowest(

@@ -26,10 +26,12 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     workers = pool()
     if workers is None or len(calls) == 1:
         return [call() for call in calls]
-    others = [workers.submit(call) for call in calls[1:]]
+    waiting = [[call] for call in calls]  # a cancelled one stays in the queue, without its data
+    others = [workers.submit(lambda one: one[0](), one) for one in waiting[1:]]
     found = {0: calls[0]()}
     for number in reversed(range(1, len(calls))):
         if others[number - 1].cancel():
+            waiting[number].clear()
             found[number] = calls[number]()
     return [found[k] if k in found else others[k - 1].result() for k in range(len(calls))]
 

@@ -13,6 +13,8 @@ from polycube.types.checks import Arrays
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+CHUNK = 8192  # elements whose functions are found together, to save memory
+
 
 @dataclass(frozen=True, eq=False)
 class Spline(Arrays):
@@ -76,9 +78,23 @@ class Spline(Arrays):
 
     def element_functions(self, elements: slice = slice(None)) -> ElementFunctions:
         """Extraction operators of elements, without functions that vanish there."""
-        from scipy.sparse import csr_matrix  # commands that compute nothing start without it
+        from scipy.sparse import vstack  # commands that compute nothing start without it
 
-        rows = self.extraction[self.nodes[elements].ravel()]
+        nodes = self.nodes[elements]
+        each = [self._functions(few) for few in np.array_split(nodes, len(nodes) // CHUNK + 1)]
+        starts = np.cumsum([0, *(len(few.functions) for few in each)])
+        offsets = [few.offsets[:-1] + start for few, start in zip(each, starts, strict=False)]
+        return ElementFunctions(
+            np.concatenate([*offsets, starts[-1:]]),
+            np.concatenate([few.functions for few in each]),
+            vstack([few.coefficients for few in each], "csr"),
+        )
+
+    def _functions(self, nodes: np.ndarray) -> ElementFunctions:
+        """Extraction operators of some elements, of nodes (e, 64)."""
+        from scipy.sparse import csr_matrix
+
+        rows = self.extraction[nodes.ravel()]
         place = np.repeat(np.arange(rows.shape[0]) % 64, np.diff(rows.indptr))
         entries = rows.data, 64 * rows.indices.astype(np.int64) + place, rows.indptr[::64]
         found = csr_matrix(entries, (rows.shape[0] // 64, 64 * rows.shape[1]))

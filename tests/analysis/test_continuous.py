@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 from polycube.analysis.assembly import Elements, assemble_lower
 from polycube.analysis.boundary_sets import trace
 from polycube.analysis.constraints import Support
-from polycube.analysis.continuous import FROM_LOBATTO, Elasticity
+from polycube.analysis.continuous import FROM_LOBATTO, Elasticity, Enrichment
 from polycube.analysis.problem import Material
 from polycube.analysis.recovery import EVEN, at_places, barlow, samples
 from polycube.analysis.static import Load, deform, von_mises
@@ -133,21 +133,34 @@ def test_the_largest_stress_is_within_its_estimate_where_it_falls_steeply(outer)
     assert abs(found.peak.value - largest) < found.peak.error < 0.08 * largest
 
 
-def test_forces_and_stresses_of_elements_are_those_of_the_matrix_and_of_the_gradient():
-    """Of 20 bent elements, which are not a multiple of a batch, of two materials."""
-    spline = box((5, 2, 2), (2.0, 1.0, 1.0), "c0")
+@pytest.mark.parametrize("counts", [(5, 2, 2), (13, 5, 3)])
+def test_forces_and_stresses_of_elements_are_those_of_the_matrix_and_of_the_gradient(counts):
+    """Of bent elements of two materials, not a multiple of a batch, in one and in three parts."""
+    spline, n = box(counts, (2.0, 1.0, 1.0), "c0"), int(np.prod(counts))
     x, y, z = spline.control.T
     spline = replace(spline, control=np.column_stack([x + 0.2 * y * z, y + 0.1 * x**2, z]))
-    solid = Material.of_elements([SOLID, Material(1.0, 0.2, 1.0)], np.arange(20) % 2)
+    solid = Material.of_elements([SOLID, Material(1.0, 0.2, 1.0)], np.arange(n) % 2)
     u = np.random.default_rng(1).normal(size=spline.control.shape)
     moved, elasticity = spline.extraction @ u, Elasticity.of(spline, solid)
-    stress = np.empty((20, 64, 6), np.float32)
+    assert len(elasticity.sums.further) == max(1, n // 64)
+    stress = np.empty((n, 64, 6), np.float32)
     forces = spline.extraction.T @ elasticity.forces(moved, stress=stress)
     matrix = assemble_lower(Elements.of(spline), solid)[0].full()
     assert forces.ravel() == pytest.approx(matrix @ u.ravel(), abs=1e-9)
     exact = at_places(spline, moved, solid.stress, gauss(4)[0])
     exact *= np.sqrt(elasticity.volume)[..., None]
     assert stress == pytest.approx(exact, abs=1e-6 * abs(exact).max())
+
+
+def test_single_precision_changes_a_correction_by_rounding_errors_only():
+    spline = spline_of(hex_cylinder(2, 2, 4), "h2s")
+    elasticity = Elasticity.of(spline, SOLID)
+    rest = np.random.default_rng(3).normal(size=(spline.extraction.shape[0], 3))
+    double, single = (
+        Enrichment.of(spline, elasticity, [], kind=kind).solve(rest, 10, 0.0)[0]
+        for kind in (np.float64, np.float32)
+    )
+    assert abs(single - double).max() < 1e-4 * abs(double).max()
 
 
 def test_energies_of_functions_of_lobatto_points_are_exact_in_straight_elements():

@@ -1,5 +1,7 @@
 """Kernels on several threads: the same numbers however many there are."""
 
+import weakref
+from functools import partial
 from threading import Event, get_ident
 
 import numpy as np
@@ -43,6 +45,26 @@ def test_an_idle_thread_takes_the_next_task(on_cores):
     calls = [lambda: begun.wait(10) and get_ident(), long, last_of_the_others, get_ident]
     first, other, *rest = threads.side_by_side(calls)
     assert rest == [first, first] and other not in (0, first)
+
+
+def test_calls_in_the_queue_of_a_busy_thread_keep_no_data(on_cores):
+    on_cores(2)
+    busy, done = Event(), Event()
+
+    def inner():
+        assert busy.wait(10)
+        arrays = [np.ones(3) for _ in range(5)]
+        total = sum(threads.side_by_side([partial(np.sum, array) for array in arrays]))
+        gone = [weakref.ref(array) for array in arrays]
+        del arrays
+        done.set()
+        return total, [each() is None for each in gone]
+
+    def other():
+        busy.set()
+        return done.wait(10)
+
+    assert threads.side_by_side([inner, other]) == [(15, [True] * 5), True]
 
 
 @pytest.mark.parametrize("cores", [1, 2, 8])
