@@ -73,7 +73,8 @@ def placed(fit: Fitted, near: Neighbourhood, x: np.ndarray) -> Placed:
     changed[samples.feature[distance != fit.distance]] = True
     own = changed[samples.feature]
     compact = np.cumsum(changed) - 1
-    away[changed] = losses.percentiles(distance[own], compact[samples.feature[own]])
+    feature = compact[samples.feature[own]]
+    away[changed] = losses.percentiles(distance[own], feature, losses.KEPT)
     return Placed(number, vertices, boundary, distance, away)
 
 

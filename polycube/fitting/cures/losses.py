@@ -1,7 +1,7 @@
 """Features of a part that a mesh loses, updated while parts of the mesh move.
 
-The samples of a feature and the required share of close samples are those of
-`polycube.hexmesh.feature_distances`.
+The samples of a feature are those of `polycube.hexmesh.feature_distances`. Cures require that more
+of them are close, because they move curves to the permitted distance, and others use other samples.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,7 @@ from polycube.surface.measures import half_edges
 from polycube.types import Goal, HexMesh
 
 POINT, CURVE, FACE = range(3)
+KEPT = 98  # per cent of the samples that are close after a cure
 ROUND = 0.01  # in diagonals: features farther from moved vertices than this are not updated
 
 
@@ -93,14 +94,14 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def percentiles(distance: np.ndarray, feature: np.ndarray) -> np.ndarray:
-    """(F,) distance that the required share of the samples of each feature do not exceed.
+def percentiles(distance: np.ndarray, feature: np.ndarray, most: float = MOST) -> np.ndarray:
+    """(F,) distance that `most` per cent of the samples of each feature do not exceed.
 
     distance, feature : (S,) of each sample; features are numbered from 0
     """
     count = np.bincount(feature)
     end = np.cumsum(count)
     ordered = distance[np.lexsort((distance, feature))]
-    last = end - 1 - (1 - MOST / 100) * (count - 1)  # as in numpy.percentile
+    last = end - 1 - (1 - most / 100) * (count - 1)  # as in numpy.percentile
     low, share = np.floor(last).astype(int), np.mod(last, 1)
     return (1 - share) * ordered[low] + share * ordered[np.minimum(low + 1, end - 1)]
