@@ -152,7 +152,7 @@ def _enriched(
         """The eigenvalue of a mode, and its errors from the stress and from the distance."""
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
-        rest = value * elasticity.inertia(moved.astype(np.float32)) - resisting
+        rest = value * elasticity.inertia(moved) - resisting
         more, _, _ = enrichment.solve(rest, STEPS, RESIDUAL)
         lower, heavy = shapes[: i + 1], elasticity.inertia(more.astype(np.float32))
         shares = np.einsum("kcd,cd->k", lower, spline.extraction.T @ heavy)
