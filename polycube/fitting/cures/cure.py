@@ -36,7 +36,7 @@ BUDGET, FEW = 2000, 3000
 FURTHER = 0.5  # the share of this work for passes without sheets
 ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of poor hexes
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
-LIMITS = 0.95 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
+LIMITS = 0.9 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
 # after a fit that loses features: the share of the envelope for vertices close to them in the next
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))

@@ -42,7 +42,7 @@ EVERY = np.eye(3)[None]  # all directions
 AT_LIMIT = 1 - 1e-6  # share of the permitted distance from which a vertex is at its limit
 WORSE = 2e-3  # loss of scaled Jacobian permitted for vertices to return to their goals
 SMALL_LOSS = 0.05  # loss of scaled Jacobian of a hex whose vertices are moved back
-INSIDE = 0.95  # share used of the permitted distance from exact features, which goals change a bit
+INSIDE = 0.9  # share used of the permitted distance from exact features, which goals change a bit
 # goals (N', 3), projectors (N' or 1, 3, 3) onto directions, and the permitted distances (N',) there
 Limit = tuple[np.ndarray, np.ndarray, np.ndarray]
 

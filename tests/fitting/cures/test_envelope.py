@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from polycube.fitting.cures.envelope import (
+    INSIDE,
     _inward,
     _permitted_distance,
     _within_distance,
@@ -138,7 +139,7 @@ def test_small_curves_permit_a_share_of_their_size(near, size):
     none_yet = np.zeros(len(near.moves))
     found = _permitted_distance(small, none_yet, 0.0015)
     on = np.concatenate([route.vertices for route in routes])
-    allowed = 0.95 * near.matching.allowed[on]
+    allowed = INSIDE * near.matching.allowed[on]
     expected = np.minimum(0.0015, allowed * min(1, 0.2 * size / 0.003))
     assert found[on] == pytest.approx(expected)
     assert (np.delete(found, on) == 0.0015).all()
