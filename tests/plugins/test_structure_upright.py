@@ -309,6 +309,32 @@ def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
     assert part.is_cap[part.is_changed].sum() == pytest.approx(part.is_changed.sum() / 2, abs=8)
 
 
+@pytest.mark.parametrize("shift", [0.5, 2.0])
+@pytest.mark.parametrize("chord", [0.1, 0.02])
+def test_chords_at_the_ends_of_a_slot_across_the_axis_are_short_enough(shift, chord):
+    """The ends are half circles of radius 1, faces of their own."""
+    surface = bored(98)  # no vertex at x = 0
+    x, y, z = surface.vertices.T
+    inner = np.hypot(x, y) < 1.1
+    moved = np.column_stack([x + shift * np.sign(x.round(9)), y, z])
+    beyond = moved[surface.faces].mean(axis=1)
+    beyond[np.linalg.norm(beyond[:, :2], axis=1) > shift + 1] = 0
+    region = surface.region + 100 * (beyond[:, 0] > shift) + 200 * (beyond[:, 0] < -shift)
+    surface = TriMesh(moved, surface.faces, region)
+    sizes = replace(SIZES, chord=chord, around_hole=4)
+    across = np.array([1.0, 0, 0])
+    part = upright(surface, measures.twins(surface.faces), across, 1e-4, sizes)
+    square = part.surface.vertices[inner]
+    side = np.isclose(square[:, 1], square[:, 1].max()) & (z[inner] > 0)
+    height, places = square[side, 0], moved[inner][side, :2]
+    order = height.argsort()
+    marks = np.unique([*part.levels, height.min(), height.max(), *height[places[:, 1] > 0.999]])
+    corner = [np.interp(marks, height[order], places[order, d]) for d in (0, 1)]
+    length = np.hypot(*np.diff(corner, axis=1))
+    is_arc = abs(np.diff(corner[1])) > 1e-6
+    assert (1 - np.sqrt(1 - (length[is_arc] / 2) ** 2)).max(initial=0) < 1.1 * chord
+
+
 def test_a_countersink_across_the_axis_is_set_into_the_plane_of_its_border():
     part = set_upright(COUNTERSUNK, np.array([1.0, 0, 0]))
     radius = np.linalg.norm(COUNTERSUNK.vertices[:, :2], axis=1)

@@ -1,12 +1,17 @@
 """Holes and bosses across an axis, the chamfers and fillets round their ends, and their squares."""
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from polycube.hexmesh.background.arrangement import cross
 from polycube.hexmesh.background.curves import Sizes, whole
+from polycube.surface.measures import unit
 from polycube.types import TriMesh
 
+ON_SIDE = 1e-6  # of the width of a hole: tolerance for its upright sides
 INNER = 0.7  # of half a side: its part in which edges have a length of their own
 
 
@@ -55,14 +60,43 @@ class Hole(NamedTuple):
         corner = np.array([[right, low], [right, high], [left, high], [left, low], [right, low]])
         return np.stack([np.interp(share, np.arange(5), corner[:, d]) for d in (0, 1)], axis=1)
 
-    def levels(self, at: np.ndarray, sizes: Sizes) -> np.ndarray:
-        """(N,) heights that divide its upright sides, and its collars above and below."""
+    def levels(
+        self, surface: TriMesh, at: np.ndarray, before: np.ndarray, sizes: Sizes
+    ) -> np.ndarray:
+        """(N,) heights that divide its upright sides, and its collars above and below.
+
+        at, before : (V, 3) vertices in the frame, now and before the hole was made square
+        """
         low, high = self.sides[1]
         parts = [(low, high, self.parts(sizes))]
         for each in self.collars:
             outer, rows = at[each.border, 2], each.rows(sizes)
             parts += [(outer.min(), low, rows), (high, outer.max(), rows)]
-        return np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
+        found = np.concatenate([np.linspace(a, b, rows + 1)[1:-1] for a, b, rows in parts])
+        return np.concatenate([found, *self._at_ends(surface, at, before, sizes, found)])
+
+    def _at_ends(
+        self, surface: TriMesh, at: np.ndarray, before: np.ndarray, sizes: Sizes, levels: np.ndarray
+    ) -> Iterator[np.ndarray]:
+        """Heights that divide the arcs of its upright sides, as at the ends of a slot, further.
+
+        levels : (N,) heights that divide these sides; borders of CAD faces divide them, too
+        """
+        faces = surface.faces[self.faces]
+        used, on = np.unique(faces, return_inverse=True)
+        face = np.unique(np.stack([on.ravel(), surface.region[self.faces].repeat(3)]), axis=1)
+        is_border = np.bincount(face[0]) > 1
+        off_side = abs(self.flat(at[used])[:, :1] - self.sides[0]) / np.ptp(self.sides[0])
+        for is_on in (off_side < ON_SIDE).T:
+            own = used[is_on][at[used[is_on], 2].argsort(kind="stable")]
+            height, profile = at[own, 2], self.flat(before[own])
+            marks = np.unique([*levels, *height[[0, -1]], *at[used[is_on & is_border], 2]])
+            marks = marks[(marks >= height[0]) & (marks <= height[-1])]
+            for low, high in pairwise(marks):
+                heights = np.r_[low, height[(height > low) & (height < high)], high]
+                places = np.stack([np.interp(heights, height, x) for x in profile.T], axis=1)
+                off = abs(cross(places - places[0], unit(places[-1:] - places[:1]))).max()
+                yield np.linspace(low, high, whole(sizes.chords(off)) + 1)[1:-1]
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides and across collars, and lengths of edges there."""

@@ -85,7 +85,7 @@ def upright(
             is_wall[region[collar.faces]] = is_changed[collar.faces] = True
         is_wall = np.append(is_wall, kinds[:, 1] % 2 == 0)
         is_cap = np.append(is_cap, kinds[:, 1] % 2 == 1)
-        levels.append(hole.levels(at, sizes))
+        levels.append(hole.levels(surface, at, before, sizes))
         fine.append(hole.fine(at, surface.faces, sizes))
     surface = replace(surface, region=region)
     leans = np.setdiff1d(np.intersect1d(leans, region), np.flatnonzero(is_wall)).tolist()
