@@ -92,6 +92,7 @@ def plain(cfg: DictConfig, throw_on_missing: bool = False) -> dict[str, Any]:
     return dict(values)
 
 
+@cache
 def loader() -> ConfigLoader:
     """Hydra's loader for this configuration."""
     path = ConfigSearchPathImpl()
@@ -132,24 +133,15 @@ class PluginSource(StructuredConfigSource):
 
     def __init__(self, provider: str, path: str) -> None:
         ConfigSource.__init__(self, provider, path)
-        self.store = _plugin_store()
-
-    def __deepcopy__(self, _: object) -> "PluginSource":
-        return self  # Hydra copies all sources for each configuration, and none is changed
+        self.store = type.__call__(ConfigStore)  # a new one, not the singleton
+        for (kind, name), cls in {**SHARED, **classes()}.items():
+            place = f"{kind}.{name}" if kind in SEVERAL else None
+            self.store.store(name, _defaults(kind, name, cls), kind, place)
 
     @staticmethod
     def scheme() -> str:
         """Scheme of the address of this source."""
         return "polycube"
-
-
-@cache
-def _plugin_store() -> ConfigStore:
-    store = type.__call__(ConfigStore)  # a new one, not the singleton
-    for (kind, name), cls in {**SHARED, **classes()}.items():
-        place = f"{kind}.{name}" if kind in SEVERAL else None
-        store.store(name, _defaults(kind, name, cls), kind, place)
-    return store
 
 
 def _defaults(kind: str, name: str, cls: type) -> dict[str, object]:
