@@ -115,15 +115,13 @@ def build(kind: str, config: Mapping[str, object], **extra: object) -> Any:
     config : name and options of the plugin
     """
     values = {**config, **extra}
-    if "plugin" not in values:
-        raise UnknownPlugin(f"{kind} config names no plugin; have {', '.join(names(kind))}")
-    name = str(values.pop("plugin"))
-    cls = classes().get((kind, name))
-    if cls is None:
-        have, close = names(kind), difflib.get_close_matches(name, names(kind), n=1)
+    name, have = str(values.pop("plugin", "")), names(kind)
+    if name not in have:
+        what = f"no {kind} plugin named {name!r}" if name else f"{kind} config names no plugin"
+        close = difflib.get_close_matches(name, have, n=1)
         hint = f". Did you mean {close[0]!r}?" if close else ""
-        known = f"have {', '.join(have) or 'none'}"
-        raise UnknownPlugin(f"no {kind} plugin named {name!r}; {known}{hint}{broken()}")
+        raise UnknownPlugin(f"{what}; have {', '.join(have) or 'none'}{hint}{broken()}")
+    cls = classes()[kind, name]
     try:
         inspect.signature(cls).bind(**values)
     except TypeError as error:
@@ -160,6 +158,5 @@ def _import_all(package: ModuleType) -> None:
 
 def broken() -> str:
     """Plugin packages that could not be imported, with the reasons; empty if there are none."""
-    _discover()
     packages = (f" (plugin package {p!r} did not import: {e!r})" for p, e in _broken.items())
     return "".join(packages)
