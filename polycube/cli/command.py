@@ -40,11 +40,11 @@ atexit.register(_locks.close)
 Plugins.instance().register(PluginConfigs)
 
 
-def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
+def command(config_name: str, job: Callable[[Json, Path], Json]) -> None:
     """Run `job(config, output folder)` of a command line.
 
     An `InputError` or an error of the configuration is printed in one line; the exit code is 2. A
-    sweeper receives what the job returns: of a mapping, its "error", as the value to minimise.
+    sweeper receives the "error" among the numbers of the job, as the value to minimise.
     """
 
     def task(cfg: DictConfig) -> object:
@@ -52,8 +52,7 @@ def command(config_name: str, job: Callable[[Json, Path], object]) -> None:
         if folder.is_relative_to(Path.cwd()):
             folder = folder.relative_to(Path.cwd())  # as the user would write it
         with refusing():  # here, because Hydra would print a line of its own
-            result = job(plain(cfg, throw_on_missing=True), folder)
-        return result.get("error") if isinstance(result, dict) else result
+            return job(plain(cfg, throw_on_missing=True), folder).get("error")
 
     with refusing():
         run_hydra(config_name, task)
@@ -137,14 +136,11 @@ def with_input(arguments: list[str]) -> list[str]:
 
     overrides = split(arguments)[0].overrides
     bare = [each for each in overrides if _is_part(each, (*KNOWN, *FORMATS))]
-    if len(bare) != 1:
+    key = "hex=" if bare and bare[0].lower().endswith(FORMATS) else "mesh="
+    if len(bare) != 1 or any(each.startswith(key) for each in overrides):
         return arguments
-    key = "hex=" if bare[0].lower().endswith(FORMATS) else "mesh="
-    if any(each.startswith(key) for each in overrides):
-        return arguments
-    place = arguments.index(bare[0])
-    value = quote(bare[0]) if "${" in bare[0] else bare[0]
-    return [*arguments[:place], key + value, *arguments[place + 1 :]]
+    value = key + (quote(bare[0]) if "${" in bare[0] else bare[0])
+    return [value if each == bare[0] else each for each in arguments]
 
 
 def _is_part(argument: str, suffixes: tuple[str, ...]) -> bool:

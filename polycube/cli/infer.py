@@ -14,7 +14,6 @@ from pathlib import Path
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
 
 from polycube.api import execute
 from polycube.cli.batch import expanded, part_name, run_job
@@ -108,10 +107,8 @@ def main() -> None:
 def _command(cfg: DictConfig) -> int:
     """Exit code of a run, or of a job of a batch; errors are printed on the terminal."""
     hydra_cfg = HydraConfig.get() if HydraConfig.initialized() else None
-    try:
+    with refusing():  # here, because Hydra would print a line of its own
         settings = plain(cfg)
-    except OmegaConfBaseException as error:
-        return refused(error)
     if hydra_cfg is not None and hydra_cfg.mode == RunMode.MULTIRUN:
         folder = Path(hydra_cfg.runtime.output_dir)
         return run_job(settings, folder, hydra_cfg.job.override_dirname, _silently)
@@ -139,7 +136,7 @@ def _attempt(
         if cfg["preflight"] is not False:
             return check(cfg)
         report = infer(cfg, level, is_alone, placed)
-    except (InputError, OmegaConfBaseException) as error:
+    except InputError as error:
         return 2, " ".join(str(error).split())
     except MeshingError as error:
         return 3, f"{' '.join(str(error).split())}; no file was written"

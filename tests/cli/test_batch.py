@@ -198,6 +198,14 @@ def test_a_batch_ends_with_the_largest_exit_code_and_is_not_repeated(tmp_path, l
 
 
 @pytest.mark.slow
+def test_a_batch_with_an_unknown_value_is_refused_in_one_sentence(tmp_path):
+    done = batch(tmp_path, "mesh=example:rod,example:ring", "seed=${nothing}")
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: Interpolation key 'nothing' not found")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.slow
 def test_without_a_folder_the_results_go_to_one_of_their_own(tmp_path):
     ended = batch(tmp_path, "mesh=nowhere.stl", "-m", "seed=1,2")
     assert ended.returncode == 2, ended.stderr
