@@ -14,7 +14,6 @@ from functools import partial
 from itertools import dropwhile, takewhile
 from pathlib import Path
 from textwrap import indent, shorten, wrap
-from typing import Any
 
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -24,7 +23,7 @@ from omegaconf import OmegaConf
 from polycube import HOME
 from polycube.cli.command import split
 from polycube.config import SEVERAL, SHARED, by_name, compose, loader, options_of
-from polycube.registry import classes, default, options
+from polycube.registry import classes, default, names, options
 
 WIDTH = 100  # width of a line in the terminal
 MORE = "All options of a choice: --help GROUP=OPTION.  All values: --cfg job."
@@ -38,8 +37,8 @@ def shown(config_name: str, arguments: list[str]) -> bool:
         return False
     blocks = list(of_choices(config_name, given.overrides)) if given.overrides else []
     if not blocks:
-        texts: Any = OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
-        texts = texts.hydra.help
+        own = OmegaConf.load(HOME / "conf" / f"{config_name}.yaml")
+        texts = OmegaConf.select(own, "hydra.help")
         blocks = [
             texts.header,
             f"== Choices: group=option (* default) ==\n{choices(config_name)}",
@@ -62,12 +61,11 @@ def choices(config_name: str) -> str:
         if package and group in chosen:
             lines.append(f"{key}: default {chosen[key]}")
             continue
-        names = options_of(search, group)
-        rows = [(f"{' *'[n == chosen[key]]} {n}", summary(search, group, n)) for n in names]
+        found = options_of(search, group)
+        rows = [(f"{' *'[n == chosen[key]]} {n}", summary(search, group, n)) for n in found]
         lines += [key, *_aligned(rows)]
     if "primitives" in chosen:
-        cells = sorted(name for kind, name in classes() if kind == "primitive")
-        rows = [(f"  {name}", summary(search, "primitive", name)) for name in cells]
+        rows = [(f"  {name}", summary(search, "primitive", name)) for name in names("primitive")]
         lines += ["names for primitives.use=[...] and context=[...]", *_aligned(rows)]
     return "\n".join(lines)
 
@@ -102,12 +100,10 @@ def summary(search: ConfigLoader, group: str, name: str) -> str:
     cls = classes().get((group, name))
     if cls is not None:
         return _first_line(cls)
-    for place in search.get_search_path().get_path():
-        path = Path(str(place.path).removeprefix("file://")) / group / f"{name}.yaml"
-        if path.is_file():
-            lines = path.read_text(encoding="utf-8").splitlines()
-            return next((line.partition("# ")[2] for line in lines if "# " in line), "")
-    return ""
+    paths = (Path(source.path, group, f"{name}.yaml") for source in search.get_sources())
+    texts = (path.read_text(encoding="utf-8") for path in paths if path.is_file())
+    found = re.search("# (.*)", next(texts, ""))
+    return found[1] if found else ""
 
 
 def described(kind: str, cls: type) -> dict[str, str]:
@@ -130,8 +126,7 @@ def documented(cls: type) -> dict[str, str]:
     for base in reversed(cls.__mro__):
         section = inspect.cleandoc(base.__doc__ or "").partition("Parameters\n----------\n")[2]
         for match in PARAMETER.finditer(section.partition("\n\n")[0]):
-            names, text = match.groups()
-            texts |= dict.fromkeys(names.split(", "), " ".join(text.split()))
+            texts |= dict.fromkeys(match[1].split(", "), " ".join(match[2].split()))
     return texts
 
 
