@@ -109,7 +109,7 @@ class Template(Options):
             from polycube.hexmesh.generation.requests_met import wanted_sizes
 
             largest = sizing.length(self.size, unit)
-            number = self.across_wall, settings.least_around(self.around_hole)
+            number = self.across_wall, settings.edges_around(self.around_hole)
             wanted = wanted_sizes(surface, requests_of(self.at))
             found = graded_mesh(polycube, rough_map, goal, largest, *number, boxes, wanted)
             if found is not None:
@@ -171,7 +171,7 @@ class Template(Options):
     @property
     def _has_requests(self) -> bool:
         """Whether there are requests that the smallest numbers of parts do not meet."""
-        around = settings.least_around(self.around_hole)
+        around = settings.edges_around(self.around_hole)
         is_more = self.across_wall > self.least or around >= 4 * self.least
         return self.level != 0 and (bool(self.at) or is_more)
 

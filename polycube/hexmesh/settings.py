@@ -60,8 +60,8 @@ class MeshingSettings:
     features: Features = "auto"
 
 
-def edges_around(wanted: float | str, length: float, size: float) -> float:
-    """Smallest number of edges round a hole.
+def edges_around(wanted: float | str, length: float = 0.0, size: float = 1.0) -> float:
+    """Smallest number of edges round a hole; without its length, of any hole.
 
     wanted : the setting `around_hole`
     length, size : circumference of the hole, and the edge length of the hexes, in equal units
@@ -69,11 +69,6 @@ def edges_around(wanted: float | str, length: float, size: float) -> float:
     if not isinstance(wanted, str):
         return wanted
     return float(min(max(FEW_AROUND, SHORTEST * length / size), MOST_AROUND))
-
-
-def least_around(wanted: float | str) -> float:
-    """Smallest number of edges round a hole, whatever its size."""
-    return FEW_AROUND if isinstance(wanted, str) else wanted
 
 
 def curvature_of(value: float | str, exact: bool) -> float | str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import curvature_of, features_of, least_around
+from polycube.hexmesh.settings import curvature_of, edges_around, features_of
 from polycube.kinds import Structure
 from polycube.registry import setting
 from polycube.structure.primitives import OnGrid, full_cell
@@ -106,7 +106,7 @@ class ColumnStructure(OnGrid, Structure):
         through = [value for kind, value in wanted if kind == "through"]
         around: float | str = self.around_hole
         if rims := [value for kind, value in wanted if kind == "around"]:
-            around = max(*rims, least_around(self.around_hole))
+            around = max(*rims, edges_around(self.around_hole))
         return Sizes(size, chord, max([self.across_wall, *through]), around)
 
     @abstractmethod

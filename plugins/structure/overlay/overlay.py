@@ -11,7 +11,7 @@ import numpy as np
 
 from polycube.hexmesh.generation import sizing
 from polycube.hexmesh.generation.requests import requests_of
-from polycube.hexmesh.settings import least_around
+from polycube.hexmesh.settings import edges_around
 from polycube.kinds import Structure
 from polycube.registry import register, setting
 from polycube.structure.primitives import OnGrid, full_cell
@@ -125,7 +125,7 @@ class Overlay(OnGrid, Structure):
         first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
         smallest = min((volume(surface) / self.most) ** (1 / 3), first)
         cells = sorted({first, *(max(cell, smallest) for cell in others)}, reverse=True)
-        around = least_around(self.around_hole)
+        around = edges_around(self.around_hole)
         wanted = detail_size(goal, self.across_wall, around) * goal.scale
         least = max(wanted, size / self.finest, smallest)
         return [*cells, least] if least < SMALLER * cells[-1] else cells

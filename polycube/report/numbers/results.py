@@ -19,7 +19,7 @@ from polycube.hexmesh.generation.requests_met import reached
 from polycube.hexmesh.hex_counts import around, through
 from polycube.hexmesh.named_sets import cad_sets, kind_of
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
-from polycube.hexmesh.settings import MeshingSettings, least_around
+from polycube.hexmesh.settings import MeshingSettings, edges_around
 from polycube.report.numbers import problem, quality, solutions
 from polycube.spline.bezier import min_detj
 from polycube.spline.boundary import deviation
@@ -152,7 +152,7 @@ def hex_counts(mesh: HexMesh, surface: TriMesh, meshing: Json) -> dict[str, obje
         ("through", "across_wall", walls),
         ("around", "around_hole", holes),
     ):
-        least = least_around(meshing.get(setting, getattr(MeshingSettings, setting)))
+        least = edges_around(meshing.get(setting, getattr(MeshingSettings, setting)))
         few = {name: has for name, has in found.items() if has < least}
         fewer += [{"at": n, "kind": kind, "wanted": least, "reached": few[n]} for n in few]
     fewer.sort(key=lambda row: row["reached"] / row["wanted"])
