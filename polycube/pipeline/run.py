@@ -14,7 +14,7 @@ from polycube.kinds import KINDS, Acceptance, Policy
 from polycube.pipeline.primitives import voxels
 from polycube.pipeline.proposals import Proposals
 from polycube.pipeline.resume.results import StageResults
-from polycube.pipeline.resume.settings import changed_since
+from polycube.pipeline.resume.settings import changed_settings, stored
 from polycube.pipeline.settings import Settings
 from polycube.pipeline.solving import hexes_of, solved, solving_stages
 from polycube.registry import build
@@ -118,7 +118,8 @@ class Run:
         self.results.folder = folder
         if self.settings.resume:
             remaining = [name for name in self.names if not self.results.is_loaded(name)]
-            for sentence in changed_since(self.settings.resume, self.settings.composed, remaining):
+            earlier = stored(self.settings.resume) or self.settings.composed
+            for sentence in changed_settings(self.settings.composed, earlier, remaining):
                 logger.warning("warning: resumed with other settings: %s", sentence)
         value = [state.surface, state.path, [*state.warnings], state.repair, state.points]
         self.results.store("read", value)

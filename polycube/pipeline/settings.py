@@ -74,16 +74,15 @@ class Settings(Options):
         """
         values = {each.name: composed.get(each.name, {}) for each in fields(cls)}
         values |= {"start": composed["from"], "composed": composed}
-        groups = [each.name for each in fields(cls) if each.type == "Json"]
-        check_options(cls, {name: values[name] for name in groups})
-        for name, kind in {"cad": Cad, "points": Points, "files": Files}.items():
-            values[name] = options_of(name, kind, values[name])
+        values["repair"] = composed["repair"] or "off"  # YAML may read off as false
         for name in ("mesh", "hex", "resume", "start"):
             is_given = values[name] and values[name] != "???"
             values[name] = str(values[name]) if is_given else None
+        check_options(cls, values)
         values["resume"] = values["resume"] and Path(values["resume"])
+        for name, kind in {"cad": Cad, "points": Points, "files": Files}.items():
+            values[name] = options_of(name, kind, values[name])
         values["cad"] = replace(values["cad"], units=composed["analysis"].get("units"))
-        values["repair"] = composed["repair"] or "off"  # YAML may read off as false
         return cls(**{**values, "order": _order(composed)})
 
     def unit(self, of_file: str) -> str:

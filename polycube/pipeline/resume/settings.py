@@ -1,6 +1,8 @@
 """The settings of a resumed run: stages that do not run again have those of the earlier run."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +10,7 @@ from polycube.config import by_name, compose
 from polycube.errors import InputError
 from polycube.io.access.reading import read_json
 from polycube.pipeline.settings import Settings
-from polycube.registry import classes, options
+from polycube.registry import classes
 from polycube.types import Json
 
 STAGES = {  # stages in order, with the settings that no later stage uses
@@ -18,7 +20,6 @@ STAGES = {  # stages in order, with the settings that no later stage uses
     "spline": ["spline"],
     "analysis": [],
 }
-ADVICE = "meshing.otherwise"  # a text that is printed only
 FILES = ("mesh", "hex")
 REMEDY = "run the part again without resume="
 
@@ -28,13 +29,11 @@ def with_earlier_settings(settings: Settings) -> Settings:
 
     Raises InputError if the user set one of these to another value, which would have no effect.
     """
-    start = str(settings.start)
-    path = settings.resume and settings.resume / "config.json"
-    if path is None or start.partition("/")[0] not in STAGES or not path.is_file():
+    start, first = str(settings.start), str(settings.start).partition("/")[0]
+    earlier = stored(settings.resume) if settings.resume else {}
+    if not earlier or first not in STAGES:
         return settings  # `Run` refuses an unknown stage and a folder without results
-    now, earlier = settings.composed, read_json(path, REMEDY)
-    names = list(STAGES)
-    loaded = names[: names.index(start.partition("/")[0])]
+    now, loaded = settings.composed, takewhile(lambda stage: stage != first, STAGES)
     groups = [group for stage in loaded for group in STAGES[stage] if group in earlier]
     new, old = _options(now), _options(earlier)
     for name in _changed(new, old):
@@ -58,15 +57,11 @@ def _changed(now: Json, earlier: Json) -> list[str]:
     Options of plugins that follow from a setting of the run, such as `seed` or `meshing.size`, are
     left out; that setting itself is in the list.
     """
-    source = {
-        option.name: option.metadata["setting"]
-        for (kind, _), cls in classes().items()
-        for option in options(kind, cls).values()
-        if "setting" in option.metadata
-    }
+    every = (option for cls in classes().values() for option in fields(cls))
+    source = {o.name: o.metadata["setting"] for o in every if "setting" in o.metadata}
     default = _options(compose("infer"))
     found = []
-    for name in now.keys() & earlier.keys() - {ADVICE}:
+    for name in now.keys() & earlier.keys():
         setting = source.get(name.rpartition(".")[2], name)
         is_derived = setting != name and now[name] == now.get(setting)
         if not is_derived and now[name] not in (earlier[name], default.get(name)):
@@ -78,19 +73,17 @@ def _is_before(start: str, name: str, meshing: Json) -> bool:
     """Whether an option is used only by meshing stages before `start`."""
     if start not in meshing["order"] or not name.startswith("meshing."):
         return False
+    own = name.split(".")[1]  # the stage of the option, or an option that stages may share
     place = meshing["order"].index(start)
     stages = [stage.partition("/")[2] for stage in meshing["order"]]
-    later = {option for stage in stages[place:] for option in meshing[stage]}
-    group, _, option = name.removeprefix("meshing.").partition(".")
-    if option:
-        return group in stages[:place]
-    return group not in later and any(group in meshing[stage] for stage in stages[:place])
+    uses = [own in (stage, *meshing[stage]) for stage in stages]
+    return any(uses[:place]) and not any(uses[place:])
 
 
-def changed_since(resumed: Path, now: Json, kinds: Iterable[str]) -> list[str]:
-    """List the settings of these kinds that differ from those in the folder of a run."""
-    path = resumed / "config.json"
-    return changed_settings(now, read_json(path, REMEDY), kinds) if path.is_file() else []
+def stored(folder: Path) -> Json:
+    """The settings of an earlier run; empty if its folder has none."""
+    path = folder / "config.json"
+    return read_json(path, REMEDY) if path.is_file() else {}
 
 
 def changed_settings(now: Json, before: Json, kinds: Iterable[str]) -> list[str]:
