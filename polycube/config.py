@@ -31,7 +31,7 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from hydra.plugins.config_source import ConfigSource
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.types import RunMode
-from omegaconf import Container, DictConfig, OmegaConf, errors, open_dict
+from omegaconf import Container, DictConfig, OmegaConf, errors
 
 from polycube import HOME
 from polycube.errors import InputError
@@ -60,9 +60,7 @@ def compose(config_name: str = "infer", overrides: Sequence[str] = ()) -> dict[s
     try:
         with _ONE_AT_A_TIME:
             cfg = loader().load_configuration(config_name, named, RunMode.RUN, from_shell=False)
-            with open_dict(cfg):
-                del cfg["hydra"]
-            return plain(cfg)
+            return plain(OmegaConf.masked_copy(cfg, [str(name) for name in cfg if name != "hydra"]))
     except (HydraException, errors.OmegaConfBaseException) as error:
         raise refusal(error) from None
 
