@@ -6,7 +6,6 @@ import atexit
 import gc
 import os
 import sys
-from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from os.path import isdir, isfile, lexists  # unlike those of Path, they accept long names
@@ -33,9 +32,11 @@ from polycube.types import Json
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
 OTHER_FOLDER = "choose another hydra.run.dir, or move the file away"
 
+# from arguments to the flags of Hydra with their `overrides`, and the unknown flags
+split = get_args_parser().parse_known_args
+
 _locks = ExitStack()  # of the folder of a multirun, until the end of the process
 atexit.register(_locks.close)
-
 
 Plugins.instance().register(PluginConfigs)
 
@@ -63,7 +64,7 @@ def run_hydra(config_name: str, task: Callable[[DictConfig], object]) -> None:
 
     Raises InputError if the command line is wrong, or if a folder is not writable.
     """
-    arguments = sys.argv[1:] = quoted(sys.argv[1:])
+    arguments = sys.argv[1:] = [*quoted(sys.argv[1:])]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # otherwise Hydra prints several lines and exits
     for flag in split(arguments)[1]:
         if flag.startswith("-"):
@@ -114,14 +115,6 @@ def refused(error: Exception | str) -> int:
     return 2
 
 
-def split(arguments: list[str]) -> tuple[Namespace, list[str]]:
-    """The flags of Hydra and the `overrides` of a command line, and its unknown flags.
-
-    arguments : of the command line, without the name of the program
-    """
-    return get_args_parser().parse_known_args(arguments)
-
-
 def with_input(arguments: list[str]) -> list[str]:
     """Read the only argument that is the name of a part as the value of `mesh=` or `hex=`.
 
@@ -155,16 +148,13 @@ def in_full(arguments: list[str]) -> list[str]:
     return [(SHORT.get(name, name) if sign else name) + sign + value for name, sign, value in parts]
 
 
-def quoted(arguments: list[str]) -> list[str]:
+def quoted(arguments: list[str]) -> Iterator[str]:
     """The arguments, with quotes around paths that Hydra does not read literally: # , or ${."""
-    found = []
     for argument in arguments:
         name, _, path = argument.partition("=")
         is_file = ("${" in path or "," in path) and lexists(path)
-        if name in PATHS and (is_file or parsed(argument) is None):
-            argument = f"{name}={quote(path)}"
-        found.append(argument)
-    return found
+        is_misread = name in PATHS and (is_file or parsed(argument) is None)
+        yield f"{name}={quote(path)}" if is_misread else argument
 
 
 def parsed(argument: str) -> Override | None:

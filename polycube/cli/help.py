@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from functools import partial
-from itertools import dropwhile, takewhile
 from pathlib import Path
 from textwrap import indent, shorten, wrap
 
@@ -72,9 +71,8 @@ def choices(config_name: str) -> str:
 
 def settings(name: str) -> str:
     """The settings of conf/`name`.yaml outside of its groups, with their comments."""
-    lines = (HOME / "conf" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
-    own = dropwhile(lambda line: not re.match(r"(?!defaults)\w", line), lines)
-    return "\n".join(takewhile(lambda line: not line.startswith("hydra:"), own)).strip()
+    text = (HOME / "conf" / f"{name}.yaml").read_text(encoding="utf-8")
+    return str(re.findall(r"(?ms)^(?!defaults)\w.*?(?=^hydra:)", text)[0]).strip()
 
 
 def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
