@@ -26,6 +26,7 @@ from polycube.stages import Clock, Stage, meshing_stages
 from polycube.state import RunState
 from polycube.structure.projection import nearest_labels
 from polycube.types import Json
+from polycube.units import resolved
 
 logger = logging.getLogger(__name__)
 
@@ -212,7 +213,8 @@ class Run:
 
     def finish_mesh(self, state: RunState) -> RunState:
         """Name the parts of the boundary, label the surface, and judge a mesh without a verdict."""
-        unit = self.settings.unit(state.surface.unit)
+        given, unit = self.settings.analysis.get("units"), state.surface.unit
+        unit = resolved(given, unit) if given else unit
         hexes = replace(with_sets(hexes_of(state), state.surface), unit=unit)
         labels = state.labels
         if labels is None and state.polycube is not None and state.parametrization is not None:

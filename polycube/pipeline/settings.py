@@ -14,7 +14,7 @@ from polycube.surface.clouds.options import Points
 from polycube.types import Json
 from polycube.types.checks import options_of
 from polycube.types.options import Options, Positive, check_options, limits
-from polycube.units import AUTO, resolved
+from polycube.units import AUTO
 
 PHASES = ("meshing", "spline", "analysis")  # of a run; each needs the preceding ones
 LARGE = 1500  # number of elements from which `auto` selects the smaller files
@@ -84,11 +84,6 @@ class Settings(Options):
             values[name] = options_of(name, kind, values[name])
         values["cad"] = replace(values["cad"], units=composed["analysis"].get("units"))
         return cls(**{**values, "order": _order(composed)})
-
-    def unit(self, of_file: str) -> str:
-        """Length unit of the results; empty if neither analysis nor file has one."""
-        given = self.analysis.get("units")
-        return resolved(given, of_file) if given else of_file
 
     def in_unit(self, of_file: str) -> Settings:
         """The settings with the unit of the file in place of `analysis.units=auto`."""

@@ -1,6 +1,6 @@
 """The settings of a resumed run: stages that do not run again have those of the earlier run."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from itertools import takewhile
 from pathlib import Path
@@ -51,7 +51,7 @@ def _options(settings: Json) -> dict[str, Any]:
     return found | {name: str(Path(found[name]).resolve()) for name in FILES if found.get(name)}
 
 
-def _changed(now: Json, earlier: Json) -> list[str]:
+def _changed(now: Json, earlier: Json) -> Iterator[str]:
     """Options whose value is neither that of the earlier run nor the default, outer ones first.
 
     Options of plugins that follow from a setting of the run, such as `seed` or `meshing.size`, are
@@ -60,13 +60,11 @@ def _changed(now: Json, earlier: Json) -> list[str]:
     every = (option for cls in classes().values() for option in fields(cls))
     source = {o.name: o.metadata["setting"] for o in every if "setting" in o.metadata}
     default = _options(compose("infer"))
-    found = []
-    for name in now.keys() & earlier.keys():
+    for name in sorted(now.keys() & earlier.keys(), key=lambda name: (name.count("."), name)):
         setting = source.get(name.rpartition(".")[2], name)
         is_derived = setting != name and now[name] == now.get(setting)
         if not is_derived and now[name] not in (earlier[name], default.get(name)):
-            found.append(name)
-    return sorted(found, key=lambda name: (name.count("."), name))
+            yield name
 
 
 def _is_before(start: str, name: str, meshing: Json) -> bool:
