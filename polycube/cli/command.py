@@ -27,6 +27,7 @@ from polycube.config import SHORT, PluginConfigs, plain, quote, refusal
 from polycube.errors import InputError, printable
 from polycube.io import manifest
 from polycube.io.access.lock import locked
+from polycube.kinds import KINDS
 from polycube.types import Json
 
 PATHS = ("mesh", "hex", "output_dir", "resume", "ckpt", "begin_from", "data.path")
@@ -149,12 +150,18 @@ def in_full(arguments: list[str]) -> list[str]:
 
 
 def quoted(arguments: list[str]) -> Iterator[str]:
-    """The arguments, with quotes around paths that Hydra does not read literally: # , or ${."""
+    """The arguments, with quotes around paths that Hydra does not read literally: # , or ${.
+
+    Numbers in place of the name of a choice are quoted, too, so that they are refused like a name.
+    """
     for argument in arguments:
-        name, _, path = argument.partition("=")
-        is_file = ("${" in path or "," in path) and lexists(path)
-        is_misread = name in PATHS and (is_file or parsed(argument) is None)
-        yield f"{name}={quote(path)}" if is_misread else argument
+        name, _, text = argument.partition("=")
+        is_file = ("${" in text or "," in text) and lexists(text)
+        override = parsed(argument)
+        is_misread = name in PATHS and (is_file or override is None)
+        if override and (name in KINDS or isdir(HOME / "conf" / name)):
+            is_misread = isinstance(override.value(), int | float | None)
+        yield f"{name}={quote(text)}" if is_misread else argument
 
 
 def parsed(argument: str) -> Override | None:

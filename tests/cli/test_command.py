@@ -14,6 +14,8 @@ from polycube.errors import InputError
 from tests.conftest import first_quick
 
 WRONG = [
+    ("infer", "meshing=5", "meshing=5: there is no such choice; have "),
+    ("infer", "spline=null", "spline=null: there is no such choice; have "),
     ("infer", "grid=4x9", "grid=4x9: there is no such choice; have 1x1, 2x1"),
     ("infer", "meshing=morf", "did you mean morph; have morph, parametric"),
     ("infer", "export=[abacus]", "export=abacus: there is no such choice; did you mean abaqus"),
