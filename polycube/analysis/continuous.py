@@ -76,7 +76,7 @@ class Elasticity:
             add=csr_matrix(
                 (np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), (len(points), len(nodes))
             ),
-            sums=Sums.at(spline.nodes),
+            sums=Sums.at(spline.nodes, len(points)),
         )
 
     def forces(

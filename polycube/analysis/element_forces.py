@@ -28,10 +28,9 @@ class Sums(NamedTuple):
     further: list[np.ndarray]  # nodes of the rows after those of all nodes, of each other thread
 
     @classmethod
-    def at(cls, nodes: np.ndarray) -> "Sums":
-        """The rows for nodes (E, 64), which are numbered from 0."""
-        size = end = nodes.max() + 1
-        has, rows, further = np.zeros(size, bool), np.empty_like(nodes), []
+    def at(cls, nodes: np.ndarray, size: int) -> "Sums":
+        """The rows for nodes (E, 64) of elements, of a number of nodes."""
+        has, rows, further, end = np.zeros(size, bool), np.empty_like(nodes), [], size
         for part in parts(-(-len(nodes) // LANES), LEAST):
             own, row, before = slice(part.start * LANES, part.stop * LANES), np.arange(size), has
             has = np.zeros(size, bool)

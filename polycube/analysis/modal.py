@@ -174,7 +174,7 @@ def _enriched(
 
     found, (lost, off) = values.copy(), np.zeros((2, len(values)))
     each = side_by_side([partial(corrected, i) for i in range(rigid, len(values))])
-    found[rigid:], lost[rigid:], off[rigid:] = np.transpose(each)
+    found[rigid:], lost[rigid:], off[rigid:] = np.reshape(each, (-1, 3)).T
     size, gain = values.clip(TINY), values - found
     return found, (SAFETY * lost + gain * (REST + gain / size / 2) + off) / size / 2
 

@@ -24,7 +24,7 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
     and the innermost ones wait for none.
     """
     workers = pool()
-    if workers is None or len(calls) == 1:
+    if workers is None or len(calls) < 2:
         return [call() for call in calls]
     waiting = [[call] for call in calls]  # a cancelled one stays in the queue, without its data
     others = [workers.submit(lambda one: one[0](), one) for one in waiting[1:]]

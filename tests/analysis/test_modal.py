@@ -222,6 +222,12 @@ def test_enriched_frequencies_do_not_depend_on_the_number_of_modes():
     assert few.frequency[6:] == pytest.approx(many.frequency[6:9], rel=1e-8)
 
 
+@pytest.mark.parametrize("n", [1, 3])
+def test_rigid_modes_only_have_no_errors(n):
+    found = free_modes(box((2, 1, 1)), Material(3.0, 0.3, 2.0), n, "m", enrich=True)
+    assert found.rigid == n and found.errors == () and found.frequency == pytest.approx(0, abs=1e-3)
+
+
 def test_a_mode_whose_corrected_frequency_is_among_the_lowest_is_not_missed():
     """Bending of a thin plate is corrected by more than its stretching, so the order changes."""
     spline, solid = box((3, 2, 1), (3.0, 2.0, 0.1)), Material(3.0, 0.3, 2.0)

@@ -25,7 +25,8 @@ def test_parts_cover_everything_once_and_evenly():
 
 
 def test_results_are_in_order_and_errors_are_raised():
-    assert threads.side_by_side([lambda k=k: k for k in range(9)]) == list(range(9))
+    for number in (0, 1, 9):
+        assert threads.side_by_side([lambda k=k: k for k in range(number)]) == list(range(number))
     with pytest.raises(ZeroDivisionError):
         threads.side_by_side([lambda: 1, lambda: 1 / 0])
 
