@@ -20,7 +20,7 @@ from polycube.numerics.threads import parts, side_by_side
 logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-10
-VECTORS_PER_PAIR = 8  # vectors stored per requested pair, before a restart with a quarter of them
+VECTORS_PER_PAIR = 6  # vectors stored per requested pair, before a restart with a quarter of them
 ROUNDING = 1e-6  # residual below which one that does not halve in PATIENCE iterations is final
 PATIENCE = 3
 ITERATIONS = 500  # largest number of iterations
