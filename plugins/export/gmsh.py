@@ -93,18 +93,16 @@ def _in_all_groups(mesh: HexMesh, own: HexElements) -> list[str]:
     elements = (own.quads, own.hexes[:, ORDER[:nodes]])
     entities, counts, rows = [], [], []
     for k, sets in enumerate((surfaces, volumes)):
-        member = np.zeros((len(elements[k]), len(sets)), bool)
-        for column, own_rows in enumerate(sets.values()):
-            member[own_rows, column] = True
-        groups, which = np.unique(member, axis=0, return_inverse=True)
-        counts.append(len(groups))
-        for tag, group in enumerate(groups, start=1):
+        every = np.arange(len(elements[k]))
+        members = [np.isin(every, own_rows) for own_rows in sets.values()]
+        groups, which = np.unique(members, axis=1, return_inverse=True)
+        counts.append(groups.shape[1])
+        for tag, group in enumerate(groups.T, start=1):
             own_tags = np.flatnonzero(group) + 1
             tags = " ".join(map(str, own_tags))
             entities.append(f"{tag} {box} {len(own_tags)} {tags} 0\n")
-        numbers = 1 + k * len(elements[0]) + np.arange(len(member))
-        table = np.column_stack([numbers, elements[k] + 1])
-        for run in np.split(np.arange(len(member)), 1 + np.flatnonzero(np.diff(which.ravel()))):
+        table = np.column_stack([1 + k * len(elements[0]) + every, elements[k] + 1])
+        for run in np.split(every, 1 + np.flatnonzero(np.diff(which.ravel()))):
             head = f"{2 + k} {1 + which.ravel()[run[0]]} {KINDS[nodes][k]} {len(run)}\n"
             rows.append(head + lines(table[run]))
     n_elements = sum(map(len, elements))

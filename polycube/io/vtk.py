@@ -133,17 +133,12 @@ def set_arrays(hexes: HexMesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndar
     32 for the faces -xi +xi -eta +eta -zeta +zeta of each hex in the set; uint8.
     """
     owner, side = quad_sides(hexes)
-    at_vertices, at_hexes = {}, {}
-    for name, nodes in hexes.node_sets.items():
-        at_vertices[name] = np.zeros(len(hexes.vertices), np.uint8)
-        at_vertices[name][nodes] = 1
-    for name, quads in hexes.sets.items():
-        if not name.startswith("patch_"):
-            at_vertices[name] = np.zeros(len(hexes.vertices), np.uint8)
-            at_vertices[name][hexes.quads[quads]] = 1
-            at_hexes[name] = np.zeros(len(hexes.hexes), np.uint8)
-            np.bitwise_or.at(at_hexes[name], owner[quads], (1 << side[quads]).astype(np.uint8))
-    return at_vertices, at_hexes
+    quads = {name: own for name, own in hexes.sets.items() if not name.startswith("patch_")}
+    nodes = dict(hexes.node_sets) | {name: hexes.quads[own] for name, own in quads.items()}
+    every, n_hexes = np.arange(len(hexes.vertices)), len(hexes.hexes)
+    sums = {name: np.bincount(owner[q], 1 << side[q], n_hexes) for name, q in quads.items()}
+    at_hexes = {name: own.astype(np.uint8) for name, own in sums.items()}
+    return {name: np.isin(every, own).astype(np.uint8) for name, own in nodes.items()}, at_hexes
 
 
 def numbered_primitives(context: Sequence[str | None]) -> tuple[list[str], np.ndarray]:

@@ -118,12 +118,11 @@ def set_colours(mesh: HexMesh) -> dict[str, str]:
 
 def memberships(mesh: HexMesh) -> tuple[np.ndarray, list[str]]:
     """Combinations of sets: their number for each boundary quad (Q,), and their names, joined."""
-    is_in = np.zeros((len(mesh.quads), len(mesh.sets)), bool)
-    for column, own in enumerate(mesh.sets.values()):
-        is_in[own, column] = True
-    found, number = np.unique(is_in, axis=0, return_inverse=True)
+    every = np.arange(len(mesh.quads))
+    members = np.array([np.isin(every, own) for own in mesh.sets.values()], bool)
+    found, number = np.unique(members.reshape(-1, len(every)), axis=1, return_inverse=True)
     names = np.array(list(mesh.sets), object)
-    return number.reshape(-1), [", ".join(names[row]) for row in found]
+    return number.reshape(-1), [", ".join(names[row]) for row in found.T]
 
 
 def both_sides(mesh: HexMesh) -> Scene:
