@@ -11,8 +11,8 @@ import numpy as np
 
 from polycube.errors import InputError, brief
 
-# solids of Abaqus; other elements are flat or connect nodes
-SOLID = re.compile(r"(?:[A-Z]*C3D|COH3D|CIN3D|SC|CSS|CCL)(\d+)[A-Z]*")
+# type of the solids of Abaqus, and its number of nodes; other elements are flat or connect nodes
+SOLID = re.compile(r"TYPE\s*=\s*((?:[A-Z]*C3D|COH3D|CIN3D|SC|CSS|CCL)(\d+)[A-Z]*)(?!\w)")
 HEXES = {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
 OTHERS = ("CTETRA", "CPENTA", "CPYRAM", "CPYRA")  # other solids of Nastran
 SIGN = re.compile(r"(?<=[\d.])[DE]?([-+]\d)", re.IGNORECASE)  # exponents as in 1.5-3
@@ -60,14 +60,11 @@ def _abaqus(text: str) -> tuple[list[list[str]], Blocks]:
         if name == "NODE":
             split = ([field.strip() or "0" for field in row.split(",")] for row in rows)
             nodes += [[*fields, "0", "0", "0"][:4] for fields in split]
-        elif name == "ELEMENT":
-            named = re.search(r"TYPE\s*=\s*(\w+)", keyword)
-            solid = SOLID.fullmatch(named[1]) if named else None
-            if solid:
-                size = int(solid[1])
-                fields = [field for row in rows for field in row.split(",") if field.strip()]
-                kind = HEXES.get(size, solid[0]) if "C3D" in solid[0] else solid[0]
-                blocks.append((kind, np.array(fields, np.int64).reshape(-1, size + 1)[:, 1:]))
+        elif name == "ELEMENT" and (solid := SOLID.search(keyword)):
+            kind, size = solid[1], int(solid[2])
+            fields = [field for row in rows for field in row.split(",") if field.strip()]
+            kind = HEXES.get(size, kind) if "C3D" in kind else kind
+            blocks.append((kind, np.array(fields, np.int64).reshape(-1, size + 1)[:, 1:]))
     return nodes, blocks
 
 
@@ -110,7 +107,7 @@ def _cards(text: str) -> Iterator[tuple[str, list[str]]]:
     """Name and fields of each card; the fields are 8 or 16 characters wide, or end with commas."""
     _, begin, bulk = text.upper().partition("BEGIN BULK")
     name, fields = "", []
-    for line in (bulk if begin else text.upper()).splitlines():
+    for line in [*(bulk if begin else text.upper()).splitlines(), "ENDDATA"]:
         line = line.partition("$")[0].expandtabs(8).rstrip()
         first, *free = line.split(",") if "," in line else (line[:8],)
         first, is_wide = first.strip(), "*" in first
@@ -127,5 +124,3 @@ def _cards(text: str) -> Iterator[tuple[str, list[str]]]:
         name, fields = first.rstrip("*"), own
         if name == "ENDDATA":
             return
-    if name:
-        yield name, fields
