@@ -150,8 +150,7 @@ def _regions(
 def _arrays(path: Path, output: bytes | None, errors: str) -> dict[str, np.ndarray]:
     """The arrays that `cad_worker` wrote; raises InputError with the reason if there are none."""
     if output is not None:
-        with np.load(BytesIO(output)) as arrays:
-            return dict(arrays)
+        return dict(np.load(BytesIO(output)))
     check_gmsh(errors)
     if REFUSED in errors:
         raise InputError(errors.rpartition(REFUSED)[2].strip())

@@ -60,13 +60,10 @@ def opened(request: Mapping[str, Any]) -> tuple[ModuleType, dict[str, np.ndarray
     import gmsh
 
     gmsh.initialize(interruptible=False)
-    for name, value in {
-        "General.Terminal": 0,
-        "General.NumThreads": 1,
-        "Mesh.Algorithm": 6,
-        "Mesh.RandomSeed": 1,
-    }.items():
-        gmsh.option.setNumber(name, value)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setNumber("General.NumThreads", 1)
+    gmsh.option.setNumber("Mesh.Algorithm", 6)
+    gmsh.option.setNumber("Mesh.RandomSeed", 1)
     path = Path(request["path"])
     unit = gmsh_unit(path)
     if path.suffix.lower() in IGES:  # Open CASCADE has a target unit only after it wrote a file
@@ -139,13 +136,11 @@ def tessellated(
     """
     sides = sorted(number)
     segments = bounded_segments(gmsh, sides, requested, COARSE * size)
-    for name, value in {
-        "Mesh.MeshSizeMax": size if way == COARSER else COARSE * size,
-        "Mesh.MeshSizeMin": FINE * size,
-        "Mesh.MeshSizeFromCurvature": {CURVED: segments, EDGES: 0, COARSER: segments / 4}[way],
-        "Mesh.MeshSizeExtendFromBoundary": way != CURVED,
-    }.items():
-        gmsh.option.setNumber(name, value)
+    on_turn = {CURVED: segments, EDGES: 0, COARSER: segments / 4}[way]
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size if way == COARSER else COARSE * size)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", FINE * size)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", on_turn)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", way != CURVED)
     if way == CURVED:
         bound_sizes(gmsh, sides, size, segments, COARSE * size)
     gmsh.model.mesh.generate(2)

@@ -98,8 +98,7 @@ def parsed(path: Path, library: str) -> dict[str, np.ndarray]:
     output, errors = read_separately(PARSERS, path, {"library": library})
     if output is None:
         raise unreadable(path, errors)
-    with np.load(BytesIO(output), allow_pickle=False) as arrays:
-        return dict(arrays)
+    return dict(np.load(BytesIO(output), allow_pickle=False))
 
 
 def unreadable(path: Path, errors: str) -> InputError:

@@ -109,16 +109,10 @@ def motions(first: Landmarks, second: Landmarks) -> Iterator[Motion]:
 
 def _pair(points: np.ndarray, count: np.ndarray) -> tuple[int, int] | None:
     """Two landmarks (N, 3), preferably of rare kinds, that are not collinear with the centre."""
-    off = np.flatnonzero(np.linalg.norm(points, axis=1) > APART)
-    if not len(off):
-        return None
-    first = off[count[off].argmin()]
+    first = np.where(np.linalg.norm(points, axis=1) > APART, count, np.inf).argmin()
     aside = np.linalg.norm(np.cross(points[first], points), axis=1)
-    off = np.flatnonzero(aside > APART)
-    if not len(off):
-        return None
-    second = off[np.lexsort([-aside[off], count[off]])[0]]
-    return int(first), int(second)
+    second = np.lexsort([-aside, np.where(aside > APART, count, np.inf)])[0]
+    return (int(first), int(second)) if aside[second] > APART else None
 
 
 def _fitted(

@@ -43,8 +43,7 @@ def touching(path: Path, segments: int) -> list[dict[int, TriMesh]]:
         raise InputError(f"common faces were not found in {late.seconds} s") from None
     if output is None:
         raise InputError("the solids overlap, or Open CASCADE cannot divide their faces")
-    with np.load(BytesIO(output)) as arrays:
-        found = dict(arrays)
+    found = dict(np.load(BytesIO(output)))
     sides = found["sides"].astype(int)
     first, second = np.nonzero(sides @ sides.T)
     group = connected(first, second, len(sides))

@@ -59,10 +59,12 @@ def _solid(gmsh: ModuleType, tag: int) -> _Solid:
         for below, recursive in (([(2, face) for face in faces], way) for way in (False, True))
     )
     edges = [edge for edge in edges if occ.getMass(1, edge) > 0]
+    kinds = [gmsh.model.getType(2, face) for face in faces]
+    shapes = [(*SHAPES, kind).index(kind) for kind in kinds]  # the same for all other kinds
     keys = [
         *((VERTEX, 0, 0) for _ in vertices),
         *((EDGE, occ.getMass(1, edge), 0) for edge in edges),
-        *((FACE, occ.getMass(2, face) ** 0.5, _shape(gmsh, face)) for face in faces),
+        *((FACE, occ.getMass(2, f) ** 0.5, shape) for f, shape in zip(faces, shapes, strict=True)),
     ]
     points = [
         *(gmsh.model.getValue(0, vertex, []) for vertex in vertices),
@@ -77,11 +79,6 @@ def _solid(gmsh: ModuleType, tag: int) -> _Solid:
         np.array(keys),
     )
     return _Solid(tag, faces, found, [_on_face(gmsh, face) for face in faces])
-
-
-def _shape(gmsh: ModuleType, face: int) -> int:
-    kind = gmsh.model.getType(2, face)
-    return SHAPES.index(kind) if kind in SHAPES else len(SHAPES)
 
 
 def _on_face(gmsh: ModuleType, face: int) -> np.ndarray:

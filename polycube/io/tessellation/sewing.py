@@ -24,7 +24,7 @@ def bounded_segments(gmsh: ModuleType, faces: list[int], segments: int, coarse: 
     number = 0.0
     for face in faces:
         bend, area, _ = found = _measures(gmsh, face)
-        wanted = 2 * np.pi / (segments * max(bend, 1e-300))
+        wanted = 2 * np.pi / (segments * bend)
         if wanted < coarse:
             own = _triangles(area, wanted)
             number += min(own, MOST) if _is_fillet(*found) else own
@@ -66,7 +66,7 @@ def bound_sizes(
         for edge in own:
             edges.setdefault(edge, []).append(face)
         bend, area, _ = found = _measures(gmsh, face)
-        wanted[face] = min(coarse, 2 * np.pi / (segments * max(bend, 1e-300)))
+        wanted[face] = min(coarse, 2 * np.pi / (segments * bend))
         number = _triangles(area, wanted[face])
         if number > MOST and _is_fillet(*found):
             limit = min(coarse, np.sqrt(8 * SAGITTA * size / bend))
@@ -76,20 +76,19 @@ def bound_sizes(
     least = {(2, face): value for face, value in larger.items()}
     for edge, own in edges.items():
         if larger.keys() & set(own):
-            bend = max(_curvature(gmsh, 1, edge), 1e-300)
             sizes = [larger.get(face, wanted[face]) for face in own]
-            least[1, edge] = min(*sizes, 2 * np.pi / (segments * bend))
+            least[1, edge] = min(*sizes, 2 * np.pi / (segments * _curvature(gmsh, 1, edge)))
     gmsh.model.mesh.setSizeCallback(
         lambda dim, tag, x, y, z, found: max(found, least.get((dim, tag), 0.0))
     )
 
 
 def _curvature(gmsh: ModuleType, dim: int, tag: int) -> float:
-    """Largest curvature at points of an edge or a face."""
+    """Largest curvature at points of an edge or a face; not quite 0 if it is straight or flat."""
     low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(dim, tag))
     grids = np.meshgrid(*(a + (b - a) * SAMPLES for a, b in zip(low, high, strict=True)))
     places = np.stack(grids, axis=-1).ravel()
-    return float(np.abs(gmsh.model.getCurvature(dim, tag, places)).max(initial=0))
+    return float(np.abs(gmsh.model.getCurvature(dim, tag, places)).max(initial=1e-300))
 
 
 def sew(gmsh: ModuleType) -> dict[str, np.ndarray]:
