@@ -69,17 +69,14 @@ def _rows(coefficients: csr_matrix) -> list[str]:
     values, inverse = np.unique(coefficients.data, return_inverse=True)
     text = np.array([f"{value:.17g}" for value in values.tolist()], dtype=object)[inverse].tolist()
     index = coefficients.indices.tolist()
-    ends = coefficients.indptr.tolist()
     lines = []
-    for first, last in pairwise(ends):
-        if last - first <= SPARSE:
-            pairs = map(" ".join, zip(map(str, index[first:last]), text[first:last], strict=True))
-            lines.append(f"s {last - first} {' '.join(pairs)}")
+    for first, last in pairwise(coefficients.indptr.tolist()):
+        row = dict(zip(index[first:last], text[first:last], strict=True))
+        if len(row) <= SPARSE:
+            pairs = " ".join(f"{i} {value}" for i, value in row.items())
+            lines.append(f"s {len(row)} {pairs}")
         else:
-            row = ["0"] * 64
-            for i in range(first, last):
-                row[index[i]] = text[i]
-            lines.append(f"d {' '.join(row)}")
+            lines.append(f"d {' '.join(row.get(i, '0') for i in range(64))}")
     return lines
 
 

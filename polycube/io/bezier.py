@@ -51,7 +51,6 @@ def write_field_vtu(
     if is_curved:  # of Lagrange cells in files of version 1.0: two edges are exchanged
         places[28:32] = places[[30, 31, 28, 29]]
     _, first, cells = np.unique(spline.nodes[:, places], return_index=True, return_inverse=True)
-    kind = {"single": np.float32, "double": np.float64}[precision]
 
     def values(coefficients: np.ndarray) -> np.ndarray:
         each = samples(spline, coefficients.reshape(len(coefficients), -1))[:, places]
@@ -62,7 +61,7 @@ def write_field_vtu(
         values(spline.extraction @ spline.control),
         cells.reshape(-1, len(places)),
         LAGRANGE_HEXAHEDRON if is_curved else HEXAHEDRON,
-        {name: values(coefficients).astype(kind) for name, coefficients in fields.items()},
+        {name: values(coefficients).astype(precision) for name, coefficients in fields.items()},
         {"hex": spline.element_hex},
     )
 
