@@ -199,9 +199,8 @@ def boundary(mesh: HexMesh) -> TriMesh:
     """The boundary as a surface: four triangles of each quad, around its centre."""
     outer, quads = np.unique(mesh.quads, return_inverse=True)
     quads = quads.reshape(-1, 4)
-    middle = len(outer) + np.arange(len(quads))
-    sides = [(quads[:, k], quads[:, (k + 1) % 4], middle) for k in range(4)]
-    faces = np.concatenate([np.stack(side, axis=1) for side in sides])
+    middle = len(outer) + np.tile(np.arange(len(quads)), 4)
+    faces = np.column_stack([quads.T.ravel(), np.roll(quads, -1, axis=1).T.ravel(), middle])
     corners = mesh.vertices[outer]
     return TriMesh(np.concatenate([corners, corners[quads].mean(axis=1)]), faces)
 

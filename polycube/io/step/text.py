@@ -57,12 +57,10 @@ def exchange(path: Path) -> Exchange:
 def _exchange(path: Path, size: int, time: int) -> Exchange:
     data = path.read_bytes().partition(b"END-ISO-10303-21;")[0]
     strings: list[str] = []
-    is_unicode = True
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        is_unicode = False
-        text = data.decode("latin-1")  # ISO 8859-1, where every byte is a character
+        text, is_unicode = data.decode("utf-8-sig"), True
+    except UnicodeDecodeError:  # ISO 8859-1, where every byte is a character
+        text, is_unicode = data.decode("latin-1"), False
 
     def masked(found: re.Match[str]) -> str:
         if found[1] is None:
