@@ -46,15 +46,13 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
     for place, _ in _forces(problem):
         is_loaded[quads_of(mesh, place)] = 1
     pushed = pushes(mesh, problem, faces, SPACING * size)
-    middle, normal = faces.middle, faces.normal
-    arrows = [_pushed(middle[quad], normal[quad], way, ARROW * size) for quad, way in pushed]
+    arrows = [_pushed(faces.middle[q], faces.normal[q], way, ARROW * size) for q, way in pushed]
     if isinstance(problem, Statics) and any(problem.acceleration):
         arrows.append(_outside(mesh, np.array(problem.acceleration), size))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
     sharp = sharp_edges(mesh.quads, unit(faces.normal))
     part = Layer(mesh.vertices, mesh.quads, colours, sharp, ambient=0.5)
-    symbols = [*_layer(cones, HELD), *_layer(arrows, LOADED)]
-    return from_both_sides([part, *symbols])
+    return from_both_sides([part, *_layer(cones, HELD), *_layer(arrows, LOADED)])
 
 
 def pushes(

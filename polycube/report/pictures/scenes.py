@@ -87,9 +87,7 @@ def hex_cut(mesh: HexMesh) -> Scene:
     axis = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
     middle = (mesh.vertices.max(0) + mesh.vertices.min(0))[axis] / 2
     centre = mesh.vertices[mesh.hexes].mean(1)[:, axis]
-    slack = 1e-9 * np.ptp(mesh.vertices)
-    sign = np.sign(EYE[axis])
-    behind = sign * centre <= sign * middle + slack
+    behind = np.sign(EYE[axis]) * (centre - middle) <= 1e-9 * np.ptp(mesh.vertices)
     return [_quality_skin(mesh, np.flatnonzero(behind))]
 
 

@@ -33,12 +33,12 @@ def write_view(results: Sequence[Path], folder: Path) -> Path:
 
 
 def _page(folders: Sequence[Path], page_folder: Path) -> str:
-    parent = Path(os.path.commonpath([folder.resolve() for folder in folders]))
-    names = [folder.resolve().relative_to(parent).as_posix() for folder in folders]
-    links = []
-    for name, folder in zip(names, folders, strict=True):
-        target = os.path.relpath(folder.resolve(), page_folder.resolve())
-        label = folder.resolve().name if name == "." else name
+    places = [folder.resolve() for folder in folders]
+    parent, links = os.path.commonpath(places), []
+    for place in places:
+        name = place.relative_to(parent).as_posix()
+        target = os.path.relpath(place, page_folder.resolve())
+        label = place.name if name == "." else name
         links.append(Link(label, f"{Path(target).as_posix()}/report.html"))
     numbers = list(map(_main_numbers, folders))
     views = list(zip(links, map(_view, folders), strict=True))
@@ -51,8 +51,7 @@ def _main_numbers(folder: Path) -> dict[str, str]:
     path = folder / "report.json"
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
-        _, text = verdict(report)
-        return {"verdict": text, **{tile.name: tile.value for tile in tiles(report)}}
+        return {"verdict": verdict(report)[1], **{tile.name: tile.value for tile in tiles(report)}}
     except (OSError, ValueError, LookupError, AttributeError, TypeError):
         raise InputError("it is not the report of a run", str(path)) from None
 

@@ -1,5 +1,6 @@
 """Input surface and results of the analysis as data of the 3D view."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +58,7 @@ def results(spline: Spline, solution: Solution, points: np.ndarray, unit: str) -
     nearest = corners[cKDTree(nodes[corners]).query(points)[1]]
     at = spline.extraction[nearest]
     if isinstance(solution, Modes):
-        found = _modes(solution, at)
+        found = [*_modes(solution, at)]
     elif isinstance(solution, Deformation):
         found = _static(solution, nearest, nodes, unit)
     else:
@@ -69,15 +70,13 @@ def results(spline: Spline, solution: Solution, points: np.ndarray, unit: str) -
     return found[: max(1, MOST_VALUES // len(points))]
 
 
-def _modes(modes: Modes, at: csr_matrix) -> list[Result]:
-    found = []
+def _modes(modes: Modes, at: csr_matrix) -> Iterator[Result]:
     first, unit = first_elastic(modes), modes.units.get("frequency", "")
     for number in range(first, min(first + N_MODES, len(modes.eigenvalues))):
         shift = _scaled(at @ modes.shapes[number])
         title = f"mode {number + 1}: {frequency(float(modes.frequency[number]), unit)}"
         values, labels = np.linalg.norm(shift, axis=1), ("at rest", "largest displacement")
-        found.append(Result(title, "", values, (0, 1), DISPLACEMENT_COLOURS, labels, shift))
-    return found
+        yield Result(title, "", values, (0, 1), DISPLACEMENT_COLOURS, labels, shift)
 
 
 def _static(found: Deformation, nodes: np.ndarray, points: np.ndarray, unit: str) -> list[Result]:
