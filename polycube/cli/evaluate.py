@@ -85,8 +85,7 @@ def table(rows: Sequence[Row]) -> str:
     lines = [["weights", *heads], ["-"] * (1 + len(heads))]
     for row in rows:
         columns = row["columns"]
-        lines.append([_short(row["path"])])
-        lines[-1] += [_cell(columns, name) for name in heads.values()]
+        lines.append([_short(row["path"]), *(_cell(columns, name) for name in heads.values())])
         for name in BASELINES:
             own = {"error": f"error_{name}", "patch": f"patch_{name}"}
             cells = [_cell(columns, own.get(column, "")) for column in heads.values()]

@@ -122,34 +122,28 @@ def logging_to(shown: int, is_alone: bool = False) -> Iterator[Callable[[Path], 
         opened.append(file)
 
     redirects = is_alone and _has_descriptors()
-    with _copy_of_stderr() if redirects else nullcontext(sys.stderr) as stream:
-        terminal = Terminal(stream, shown)
-        root.setLevel(logging.DEBUG)
-        root.addHandler(terminal)
-        for source in (root, warned):
-            source.addHandler(early)
-        logging.captureWarnings(is_alone)
-        try:
-            with _output_to_log() if redirects else nullcontext():
-                yield log_to
-        finally:
-            logging.captureWarnings(False)
-            root.setLevel(before)
-            for handler in (terminal, early, *opened):
-                root.removeHandler(handler)
-                warned.removeHandler(handler)
-                handler.close()
-
-
-@contextmanager
-def _copy_of_stderr() -> Iterator[TextIO]:
-    """The stream for messages if stderr itself is redirected."""
-    stream = os.fdopen(os.dup(2), "w", encoding="utf-8", errors="replace")
+    stream: TextIO = sys.stderr
+    if redirects:
+        stream = os.fdopen(os.dup(2), "w", encoding="utf-8", errors="replace")
+    terminal = Terminal(stream, shown)
+    root.setLevel(logging.DEBUG)
+    root.addHandler(terminal)
+    for source in (root, warned):
+        source.addHandler(early)
+    logging.captureWarnings(is_alone)
     try:
-        yield stream
+        with _output_to_log() if redirects else nullcontext():
+            yield log_to
     finally:
-        with suppress(OSError):
-            stream.close()
+        logging.captureWarnings(False)
+        root.setLevel(before)
+        for handler in (terminal, early, *opened):
+            root.removeHandler(handler)
+            warned.removeHandler(handler)
+            handler.close()
+        if redirects:
+            with suppress(OSError):
+                stream.close()
 
 
 @contextmanager

@@ -214,9 +214,8 @@ def _checkpoint(ckpt: str | None, config: Recipe, folder: Path) -> Path | None:
     """
     if ckpt is None:
         return None
-    if ckpt != "last":
-        path = Path(ckpt)
-    else:
+    path = Path(ckpt)
+    if ckpt == "last":
         found = folder.parent.glob("*/checkpoints/last.ckpt")
         newest = max(found, key=lambda path: path.stat().st_mtime, default=None)
         if newest is None:

@@ -114,13 +114,13 @@ def _part(folder: Path, solid: Solid, code: int, cfg: Json) -> _Part:
     if code not in MADE or not (run / "report.json").is_file():
         return _Part(solid, row, {}, None, None)
     report = read_json(run / "report.json")
-    surface = load_stage(run, "read")[0]
-    if "hex" not in report:
-        return _Part(solid, row, report, surface, None)
-    if has_stage(run, GIVEN):
-        return _Part(solid, row, report, surface, with_sets(load_stage(run, GIVEN)[0], surface))
-    last = next(kind for kind in reversed(cfg["meshing"]["order"]) if has_stage(run, kind))
-    return _Part(solid, row, report, surface, with_sets(load_stage(run, last), surface))
+    surface, mesh = load_stage(run, "read")[0], None
+    if "hex" in report:
+        kinds = (GIVEN, *reversed(cfg["meshing"]["order"]))
+        last = next(kind for kind in kinds if has_stage(run, kind))
+        found = load_stage(run, last)
+        mesh = with_sets(found[0] if last == GIVEN else found, surface)
+    return _Part(solid, row, report, surface, mesh)
 
 
 def _meeting(first: _Part, second: _Part) -> list[tuple[Contact, Agreement | None]]:
