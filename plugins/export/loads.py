@@ -158,8 +158,7 @@ class Loads:
             flat = here.points.reshape(-1, 3), here.normals.reshape(-1, 3), here.areas.ravel()
             traction = rest.traction_at(*flat, self._metre).reshape(here.points.shape)
             scale = self._metre**2
-            push = place, f"load_{k}", quads, pressure * scale, here, traction * scale
-            found.append(Push(*push))
+            found.append(Push(place, f"load_{k}", quads, pressure * scale, here, traction * scale))
         return found
 
     @cached_property

@@ -1,8 +1,8 @@
 """Only the person who started the desk may use it: this machine, and a token."""
 
 import secrets
-from typing import Any
 
+from starlette.datastructures import MutableHeaders
 from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -41,8 +41,7 @@ class OnlyWithToken:
         async def with_cookie(message: Message) -> None:
             if asked and message["type"] == "http.response.start":
                 cookie = f"{COOKIE}={self.token}; HttpOnly; SameSite=Strict; Path=/"
-                header: Any = (b"set-cookie", cookie.encode())
-                message["headers"] = [*message.get("headers", []), header]
+                MutableHeaders(scope=message).append("set-cookie", cookie)
             await send(message)
 
         await self.app(scope, receive, with_cookie)
