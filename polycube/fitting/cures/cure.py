@@ -21,7 +21,6 @@ from polycube.fitting.cures.envelope import evaluated, fit_in_envelope, refit
 from polycube.fitting.cures.fitted import Fitted, cost, fitted, hex_costs, with_flat_corners
 from polycube.fitting.cures.insertion import SUFFICIENT, Place, Trial, inserted, placed
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, neighbourhood
-from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.numerics.lbfgs import count_more, counted
 from polycube.numerics.threads import side_by_side
 from polycube.surface.fit_target import Target
@@ -36,7 +35,6 @@ BUDGET, FEW = 2000, 3000
 FURTHER = 0.5  # the share of this work for passes without sheets
 ABSOLUTE_GAIN = 2e-4  # smallest reduction of the cost of an accepted cure of poor hexes
 SHARE = 2e-3  # smallest share of the cost of all hexes in a single place that is tried
-LIMITS = 0.9 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
 # after a fit that loses features: the share of the envelope for vertices close to them in the next
 # fit, and how close, relative to the size; without an envelope they are held
 NARROWER = ((0.5, 1.0), (0.0, 0.5), (0.0, 1.0), (1.0, 0.0))
@@ -223,7 +221,7 @@ class _Cures:
 
     def _lost(self, trial: Trial) -> np.ndarray:
         """(F,) whether a feature is lost by a trial, or about to be."""
-        return placed(self.current, trial.near, trial.found.x).lost(self.current, LIMITS)
+        return placed(self.current, trial.near, trial.found.x).lost(self.current, True)
 
     def _before(self, near: Neighbourhood) -> tuple[float, float, tuple[float, float]]:
         """Cost of a neighbourhood, its least scaled Jacobian, and the largest distances."""
@@ -235,8 +233,7 @@ class _Cures:
     def _accept(self, trial: Trial) -> bool:
         """Accept a cure if it adds no crossing and loses no feature; a repair may lose features."""
         at = placed(self.current, trial.near, trial.found.x)
-        limits = LIMITS if trial.near.inside is None else (TOLERANCE,)
-        loses = not trial.is_repair and at.lost(self.current, limits).any()
+        loses = not trial.is_repair and at.lost(self.current, trial.near.inside is None).any()
         if loses or at.crosses(self.current, trial.near):
             return False
         self.current = inserted(self.current, trial.near, trial.found, at)

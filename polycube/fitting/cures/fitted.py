@@ -88,9 +88,8 @@ class Fitted:
 
     @cached_property
     def away(self) -> np.ndarray:
-        """(F,) distances of the features from the mesh, of KEPT per cent of their samples."""
-        feature = losses.samples_of(self.target).feature
-        return losses.percentiles(self.distance, feature, losses.KEPT)
+        """(2, F) distances of the features from the mesh, as in `losses.percentiles`."""
+        return losses.percentiles(self.distance, losses.samples_of(self.target).feature)
 
     @cached_property
     def on_path(self) -> np.ndarray:

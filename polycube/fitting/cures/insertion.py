@@ -13,6 +13,7 @@ from polycube.fitting.cures.fitted import Fitted, Links
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, moving_vertices, with_detours
 from polycube.hexmesh.connectivity import hex_mesh
 from polycube.hexmesh.crossings import crossings
+from polycube.hexmesh.feature_distances import TOLERANCE
 from polycube.hexmesh.generation.sheets import with_sheet
 from polycube.types import HexMesh
 
@@ -21,6 +22,7 @@ RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood i
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
 # a cure may reduce the least scaled Jacobian by this factor, or to a sufficient value
 LOWER = 0.9
+LIMITS = 0.9 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
 SUFFICIENT = 0.2
 NEAR = 0.005  # distance of vertices from the surface, in diagonals, that is always permitted
 STRAY = 0.0025  # the same for vertices on exact features, beyond their permitted distance
@@ -34,12 +36,13 @@ class Placed:
     vertices: np.ndarray  # (V', 3) of the whole mesh
     boundary: HexMesh  # the hexes at the boundary nearby, with these positions
     distance: np.ndarray  # (S,) distances of the samples of the features, as in `losses`
-    away: np.ndarray  # (F,) distances of the features
+    away: np.ndarray  # (2, F) distances of the features
 
-    def lost(self, fit: Fitted, limits: tuple[float, ...]) -> np.ndarray:
+    def lost(self, fit: Fitted, in_envelope: bool) -> np.ndarray:
         """(F,) whether a feature exceeds a limit that it does not exceed in the mesh before."""
-        over = [(self.away > limit) & (fit.away <= limit) for limit in limits]
-        return np.any(over, axis=0)
+        limits, shares = (LIMITS, slice(None)) if in_envelope else (LIMITS[-1:], slice(1))
+        after, before = self.away[shares], fit.away[shares]
+        return np.any([(after > limit) & (before <= limit) for limit in limits], axis=(0, 1))
 
     def crosses(self, fit: Fitted, near: Neighbourhood) -> bool:
         """Whether the boundary crosses itself in more places than before."""
@@ -69,12 +72,11 @@ def placed(fit: Fitted, near: Neighbourhood, x: np.ndarray) -> Placed:
     samples = losses.samples_of(fit.target)
     distance = losses.moved(fit.distance, boundary, samples, where)
     away = fit.away.copy()
-    changed = np.zeros(len(away), bool)
+    changed = np.zeros(away.shape[1], bool)
     changed[samples.feature[distance != fit.distance]] = True
     own = changed[samples.feature]
     compact = np.cumsum(changed) - 1
-    feature = compact[samples.feature[own]]
-    away[changed] = losses.percentiles(distance[own], feature, losses.KEPT)
+    away[:, changed] = losses.percentiles(distance[own], compact[samples.feature[own]])
     return Placed(number, vertices, boundary, distance, away)
 
 

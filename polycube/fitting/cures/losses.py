@@ -1,7 +1,8 @@
 """Features of a part that a mesh loses, updated while parts of the mesh move.
 
-The samples of a feature are those of `polycube.hexmesh.feature_distances`. Cures require that more
-of them are close, because they move curves to the permitted distance, and others use other samples.
+The samples of a feature are those of `polycube.hexmesh.feature_distances`. Cures in an envelope
+require that more of them are close: they move curves to the permitted distance, and others use
+other samples.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from polycube.surface.measures import half_edges
 from polycube.types import Goal, HexMesh
 
 POINT, CURVE, FACE = range(3)
-KEPT = 98  # per cent of the samples that are close after a cure
+SHARES = MOST, 98.0  # per cent of close samples: in the report, and after a cure in an envelope
 ROUND = 0.01  # in diagonals: features farther from moved vertices than this are not updated
 
 
@@ -94,14 +95,15 @@ def moved(before: np.ndarray, mesh: HexMesh, samples: Samples, where: np.ndarray
     return after
 
 
-def percentiles(distance: np.ndarray, feature: np.ndarray, most: float = MOST) -> np.ndarray:
-    """(F,) distance that `most` per cent of the samples of each feature do not exceed.
+def percentiles(distance: np.ndarray, feature: np.ndarray) -> np.ndarray:
+    """(2, F) distances that SHARES of the samples of each feature do not exceed.
 
     distance, feature : (S,) of each sample; features are numbered from 0
     """
     count = np.bincount(feature)
     end = np.cumsum(count)
     ordered = distance[np.lexsort((distance, feature))]
-    last = end - 1 - (1 - most / 100) * (count - 1)  # as in numpy.percentile
+    far = 1 - np.array(SHARES)[:, None] / 100
+    last = end - 1 - far * (count - 1)  # as in numpy.percentile
     low, share = np.floor(last).astype(int), np.mod(last, 1)
     return (1 - share) * ordered[low] + share * ordered[np.minimum(low + 1, end - 1)]

@@ -88,7 +88,7 @@ class Bounded(_Cures):
 
     def _lost(self, trial):
         way = np.linalg.norm(trial.found.x - trial.near.problem.mesh.vertices, axis=1).max()
-        return np.full(len(self.current.away), way > self.most)
+        return np.full(self.current.away.shape[1], way > self.most)
 
 
 @pytest.mark.parametrize("is_last", [True, False])
