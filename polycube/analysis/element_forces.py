@@ -26,19 +26,21 @@ class Sums(NamedTuple):
 
     rows: np.ndarray  # (E, 64); the first thread with a node has the row of the node
     further: list[np.ndarray]  # nodes of the rows after those of all nodes, of each other thread
+    batches: list[slice]  # of each thread
 
     @classmethod
     def at(cls, nodes: np.ndarray, size: int) -> "Sums":
         """The rows for nodes (E, 64) of elements, of a number of nodes."""
         has, rows, further, end = np.zeros(size, bool), np.empty_like(nodes), [], size
-        for part in parts(-(-len(nodes) // LANES), LEAST):
+        batches = parts(-(-len(nodes) // LANES), LEAST)
+        for part in batches:
             own, row, before = slice(part.start * LANES, part.stop * LANES), np.arange(size), has
             has = np.zeros(size, bool)
             has[nodes[own]] = True
             further.append(np.flatnonzero(has & before))
             row[further[-1]] = end + np.arange(len(further[-1]))
             rows[own], has, end = row[nodes[own]], has | before, end + len(further[-1])
-        return cls(rows, further)
+        return cls(rows, further, batches)
 
 
 def elastic_forces(
@@ -67,7 +69,7 @@ def elastic_forces(
     kept = np.empty((0, n_gauss**3, 6), np.float32) if stress is None else stress
     found = np.zeros((size + sum(map(len, sums.further)), 3), place.dtype)
     given = partial(_forces, place, nodes, sums.rows, found, u, values, slopes, moduli, kept)
-    side_by_side([partial(given, part.start, part.stop) for part in parts(len(place), LEAST)])
+    side_by_side([partial(given, part.start, part.stop) for part in sums.batches])
     for nodes in sums.further:
         found[nodes] += found[size : (size := size + len(nodes))]
     return found[: len(displacement)]

@@ -142,13 +142,13 @@ def _enriched(
     correction, and the effect of the distance of the boundary are added.
     """
     elasticity = Elasticity.of(spline, solid, n_gauss)
-    parts = spline, elasticity, constraints.supports
-    enrichment = Enrichment.of(*parts, sector=constraints.sector, kind=np.float32)
+    held = constraints.supports, None, constraints.sector
+    enrichment = Enrichment.of(spline, elasticity, *held, kind=np.float32)
     poor, nodes, volume = poor_elements(spline), spline.nodes, elasticity.volume
     root = np.sqrt(abs(volume)).astype(np.float32)[..., None]
     carry = recovery.barlow(elasticity.n_gauss).astype(np.float32)
 
-    def corrected(i: int) -> tuple[float, float, float]:
+    def estimated(i: int) -> tuple[float, float, float]:
         """The eigenvalue of a mode, and its errors from the stress and from the distance."""
         value, moved = values[i], spline.extraction @ shapes[i]
         resisting = elasticity.forces(moved)
@@ -173,7 +173,7 @@ def _enriched(
         return value + apart - np.sqrt(apart**2 + coupled), lost, off
 
     found, (lost, off) = values.copy(), np.zeros((2, len(values)))
-    each = side_by_side([partial(corrected, i) for i in range(rigid, len(values))])
+    each = side_by_side([partial(estimated, i) for i in range(rigid, len(values))])
     found[rigid:], lost[rigid:], off[rigid:] = np.reshape(each, (-1, 3)).T
     size, gain = values.clip(TINY), values - found
     return found, (SAFETY * lost + gain * (REST + gain / size / 2) + off) / size / 2

@@ -68,7 +68,7 @@ def edges_around(wanted: float | str, length: float = 0.0, size: float = 1.0) ->
     """
     if not isinstance(wanted, str):
         return wanted
-    return float(min(max(FEW_AROUND, SHORTEST * length / size), MOST_AROUND))
+    return min(max(FEW_AROUND, SHORTEST * length / size), MOST_AROUND)
 
 
 def curvature_of(value: float | str, exact: bool) -> float | str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polycube.fitting.cures import losses
-from polycube.fitting.cures.envelope import Refit
+from polycube.fitting.cures.envelope import INSIDE, Refit
 from polycube.fitting.cures.fitted import Fitted, Links
 from polycube.fitting.cures.neighbourhood import RINGS, Neighbourhood, moving_vertices, with_detours
 from polycube.hexmesh.connectivity import hex_mesh
@@ -22,7 +22,7 @@ RETRY_GAIN = 0.4  # relative reduction of the cost after which a neighbourhood i
 RELATIVE_GAIN = 0.02  # smallest relative reduction of the cost of an accepted cure
 # a cure may reduce the least scaled Jacobian by this factor, or to a sufficient value
 LOWER = 0.9
-LIMITS = 0.9 * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
+LIMITS = INSIDE * TOLERANCE, TOLERANCE  # in an envelope; final checks of features use other samples
 SUFFICIENT = 0.2
 NEAR = 0.005  # distance of vertices from the surface, in diagonals, that is always permitted
 STRAY = 0.0025  # the same for vertices on exact features, beyond their permitted distance
