@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.hexmesh.background.arrangement import cross
+from polycube.hexmesh.background.arrangement import sagitta
 from polycube.hexmesh.background.curves import Sizes, whole
-from polycube.surface.measures import unit
 from polycube.types import TriMesh
 
 ON_SIDE = 1e-6  # of the width of a hole: tolerance for its upright sides
@@ -95,8 +94,8 @@ class Hole(NamedTuple):
             for low, high in pairwise(marks):
                 heights = np.r_[low, height[(height > low) & (height < high)], high]
                 places = np.stack([np.interp(heights, height, x) for x in profile.T], axis=1)
-                off = abs(cross(places - places[0], unit(places[-1:] - places[:1]))).max()
-                yield np.linspace(low, high, whole(sizes.chords(off)) + 1)[1:-1]
+                number = whole(sizes.chords(sagitta(places)))
+                yield np.linspace(low, high, number + 1)[1:-1]
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides and across collars, and lengths of edges there."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.hexmesh.background.arrangement import cross
+from polycube.hexmesh.background.arrangement import cross, sagitta
 from polycube.hexmesh.background.curves import Sizes, whole
 from polycube.numerics.harmonic import harmonic
 from polycube.surface.arc_length import lengths
@@ -165,10 +165,7 @@ def between(
         profile[:, 1] *= wide / np.maximum(width, 1e-300)
         profile = profile[width > NARROW * wide]
     profile = profile[profile[:, 0].argsort(kind="stable")]
-    low, high = profile[[0, -1]]
-    chord = np.broadcast_to(high - low, profile.shape)
-    off = abs(cross(profile - low, chord)).max() / np.linalg.norm(high - low)
-    least, arc = sizes.chords(float(off)), lengths(profile)
+    least, arc = sizes.chords(sagitta(profile)), lengths(profile)
     number = whole(least)
     return np.interp(np.arange(1, number) / number * arc[-1], arc, profile[:, 0]), least
 

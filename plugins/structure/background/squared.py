@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polycube.hexmesh.background.arrangement import cross
+from polycube.hexmesh.background.arrangement import sagitta
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import CHORD_SHARE, Sizes
 from polycube.surface.arc_length import lengths
@@ -149,8 +149,8 @@ def squared_off(
         for side in face.sides:  # on an upright rounding it is bent
             path, at_side = before[side, :2], np.searchsorted(used, side)
             path = path if side[0] in foot else path[::-1]
-            part, step = lengths(path), unit(path[-1:] - path[:1])
-            if abs(cross(path - path[0], step)).max() > STRAIGHT * part[-1] and not len(at_blends):
+            part = lengths(path)
+            if sagitta(path) > STRAIGHT * part[-1] and not len(at_blends):
                 bent = [np.interp(plane[at_side] * part[-1], part, path[:, d]) for d in (0, 1)]
                 own[at_side, :2] = np.stack(bent, axis=1)
     at[used], shift = places[0], places[-1] - places[0]

@@ -24,6 +24,11 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
+def sagitta(path: np.ndarray) -> float:
+    """Largest distance of points (N, 2) in order from the line through the first and the last."""
+    return float(abs(cross(path - path[0], unit(path[-1:] - path[:1]))).max())
+
+
 def to_lines(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distances (P, S) of points (P, 2) from lines (S, 2, 2), and the shares (P, S) along them."""
     start, step = lines[:, 0], lines[:, 1] - lines[:, 0]
