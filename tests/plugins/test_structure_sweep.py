@@ -259,12 +259,15 @@ def test_ends_that_are_closer_than_the_distance_from_the_curve_are_merged():
         assert len(loops_of(found, edges)) == 2
 
 
-@pytest.mark.parametrize("high", np.linspace(0.18, 0.5, 9).tolist())
-def test_lines_cross_two_polylines_of_one_circle_at_the_same_points(high):
+@pytest.mark.parametrize(
+    ("high", "fine", "along"),
+    [*((high, 131, 61) for high in np.linspace(0.18, 0.5, 9).tolist()), (0.5, 100, 93)],
+)
+def test_lines_cross_two_polylines_of_one_circle_at_the_same_points(high, fine, along):
     """Also if a point of the line is on the longer chord, where the circle is not."""
-    x = np.linspace(-1.5, 1.5, 61)
-    sides = [np.stack([s * x, np.full(61, -s * high)], axis=1) for s in (1, -1)]
-    parts = [circle(1.0, 24), circle(1.0, 131), np.concatenate(sides)]
+    x = np.linspace(-1.5, 1.5, along)
+    sides = [np.stack([s * x, np.full(along, -s * high)], axis=1) for s in (1, -1)]
+    parts = [circle(1.0, 24), circle(1.0, fine), np.concatenate(sides)]
     start = np.cumsum([0, *map(len, parts)])
     loop = [np.arange(a, b) for a, b in pairwise(start)]
     lines = np.concatenate([np.stack([own, np.roll(own, -1)], axis=1) for own in loop])
@@ -354,6 +357,18 @@ def test_details_are_merged_if_there_are_no_quads_with_them():
     sine = sines(flat.vertices, flat.quads)
     assert sine.min() > 0.5
     assert not np.isclose(flat.vertices[:, 1], 1 + rise).any()
+
+
+def test_lines_at_a_tiny_distance_are_merged_although_the_quads_between_them_are_square():
+    """0.01 % of the diagonal apart."""
+    x = [0, 2, 2.0005, 4, 4, 2.0005, 2, 0]
+    ring = [(k, (k + 1) % 8) for k in range(8)]
+    lines = np.array([*ring, (1, 6), (2, 5)])
+    at = np.column_stack([x, [0] * 4 + [3] * 4])
+    part = Background(at, lines, np.zeros((0, 2)), np.array([0.0, 2]), lambda places: places)
+    flat, _, full = section_of(box((0, 0, 0), (4, 3, 2)), part, SIZES)
+    side = np.linalg.norm(np.diff(flat.vertices[flat.quads], axis=1), axis=2)
+    assert side.min() > 0.5 and len(full) == 2
 
 
 def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():

@@ -12,6 +12,7 @@ from polycube.surface.curves.creases import chains_of, vertices_of
 from polycube.surface.measures import coincident, connected, unit
 
 SMOOTH = np.radians(30)  # largest turn of a polyline that approximates a curve
+STRAIGHT = 1e-3  # smallest such turn
 LAST = np.radians(16)  # the same at the only smooth end of a line
 SAG = 1.5  # relative to the distance of a chord from its arc: for two polylines of one curve
 SPACING = 4.0  # least distance of points along smooth lines, relative to that of details
@@ -59,7 +60,7 @@ def arrangement(
     sag = np.maximum(sag, _sags(points, lines))
     for done in range(ROUNDS):
         number = len(lines)
-        owner, point = _points_on(points, lines, near + sag, near, done > 0)
+        owner, point = _points_on(points, lines, sag, near, done > 0)
         lines, sag = _split(points, lines, sag, owner, point)
         points, lines, sag = _without_short(points, lines, sag, near)
         if done and len(lines) == number and not len(owner):
@@ -116,12 +117,15 @@ def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
 
 
 def _distinct(lines: np.ndarray, sag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lines between different points, without duplicates, and the largest sag (S,) of each."""
+    """Lines between different points, without duplicates, and the sag (S,) of each.
+
+    This is the smallest one of the chords among duplicates.
+    """
     differs = lines[:, 0] != lines[:, 1]
     found, row = np.unique(np.sort(lines[differs], axis=1), axis=0, return_inverse=True)
-    most = np.zeros(len(found))
-    np.maximum.at(most, row.ravel(), sag[differs])
-    return found, most
+    least = np.full(len(found), np.inf)
+    np.minimum.at(least, row.ravel(), np.where(sag > 0, sag, np.inf)[differs])
+    return found, np.where(np.isinf(least), 0, least)
 
 
 def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
@@ -144,6 +148,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     is_chord = (high < SMOOTH) | (low < LAST)
     angle = np.where(high < SMOOTH, np.minimum(2 * low, high), low.clip(0, LAST))
     length = np.where(turn < SMOOTH, chord, np.inf)[lines].min(axis=1)
+    is_chord &= angle > STRAIGHT
     return np.where(is_chord, SAG * length * np.tan(angle / 4) / 2, 0.0)
 
 
@@ -157,24 +162,28 @@ def passed(lines: np.ndarray, number: int) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _points_on(
-    points: np.ndarray, lines: np.ndarray, within: np.ndarray, near: float, may_cross: bool
+    points: np.ndarray, lines: np.ndarray, sag: np.ndarray, near: float, may_cross: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (N,) and points (N,) on them between their ends, within distances (S,).
+    """Lines (N,) and points (N,) on them between their ends, or on the curves of chords.
 
     Points closer than `near` to an end are not between.
+
+    sag : (S,) of the lines; a point of other chords may be on one of these
 
     may_cross : else, not a point at which other lines cross a chord; they cross its curve
         elsewhere, and another polyline of the curve may show where
     """
     start, step = points[lines[:, 0]], np.diff(points[lines], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
-    balls = cKDTree(points).query_ball_point(start + step / 2, length / 2 + within)
+    balls = cKDTree(points).query_ball_point(start + step / 2, length / 2 + near + 2 * sag)
     owner = np.repeat(np.arange(len(lines)), [len(each) for each in balls])
     point = np.concatenate([*balls, []]).astype(np.int64)
     out = points[point] - start[owner]
     along = np.einsum("nd,nd->n", out, step[owner]) / length[owner]
     off = abs(out[:, 0] * step[owner, 1] - out[:, 1] * step[owner, 0]) / length[owner]
-    gap = within[owner]
+    least = np.full(len(points), np.inf)
+    np.minimum.at(least, lines.ravel(), np.repeat(sag, 2))
+    gap = near + sag[owner] + np.minimum(least[point], sag[owner])
     on = (off < gap) & (along > near) & (along < length[owner] - near)
     on &= (point[:, None] != lines[owner]).all(axis=1)
     if not may_cross:

@@ -29,6 +29,7 @@ NOTHING = np.zeros((0, 2)), np.zeros((0, 4), np.int64), np.zeros(0, np.int64)
 # of the diagonal: sizes below which details are merged, one after the other
 DETAILS = 1e-5, 5e-4, 1e-3, 2e-3
 ENOUGH = 0.2  # smallest sine of an angle of the quads above which no more details are merged
+TINY = 0.02  # of the wanted size: side of a quad that is as poor as such a sine of 1
 BETTER = 0.08  # by how much it must be larger for each of these sizes, at most twice
 ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
@@ -179,7 +180,8 @@ def section_of(
         except NoBackgroundError as reason:
             reasons.append(reason)
             continue
-        least = float(sines(flat.vertices, flat.quads).min())
+        side = np.linalg.norm(np.diff(flat.vertices[flat.quads], axis=1), axis=2).min()
+        least = float(min(sines(flat.vertices, flat.quads).min(), side / (TINY * sizes.size)))
         found.append((least - BETTER * min(len(found), 2), flat, cut, full))
         if least > ENOUGH:
             break
