@@ -14,7 +14,7 @@ from polycube.config import compose
 from polycube.errors import InputError
 from polycube.hexmesh.background.arrangement import arrangement, simplified
 from polycube.hexmesh.background.background import Background, NoBackgroundError
-from polycube.hexmesh.background.borders import equalized
+from polycube.hexmesh.background.borders import balanced, equally_round
 from polycube.hexmesh.background.cells import loop_area, loops_of
 from polycube.hexmesh.background.columns import feet, layers
 from polycube.hexmesh.background.curves import Curve, Sizes, divided
@@ -328,7 +328,35 @@ def test_equal_circles_have_the_largest_of_their_numbers_of_edges():
     circle[-1] = circle[0]
     chains = [Curve(np.zeros(0), r * circle + [x, 0]) for r, x in ((1, 0), (2, 9), (1, 5), (1, 8))]
     chains.append(Curve(np.zeros(0), circle[:13] / circle[:13, :1].max() * 2))  # half of a circle
-    assert equalized(chains, np.array([8, 16, 12, 8, 4])).tolist() == [12, 16, 12, 12, 4]
+    number = balanced(np.array([8, 16, 12, 8, 4]), equally_round(chains))
+    assert number.tolist() == [12, 16, 12, 12, 4]
+
+
+@given(st.integers(1, 4), st.integers(1, 4), st.randoms())
+def test_strips_of_cells_have_the_largest_number_of_edges_of_their_curves(rows, columns, random):
+    """In a grid, the curves across a row or a column of cells are equal, and no others."""
+    upright = np.arange(rows * (columns + 1)).reshape(rows, columns + 1, 1)
+    flat = upright.size + np.arange((rows + 1) * columns).reshape(rows + 1, columns, 1)
+    pairs = [(upright[r, c], upright[r, c + 1]) for r in range(rows) for c in range(columns)]
+    pairs += [(flat[r, c], flat[r + 1, c]) for r in range(rows) for c in range(columns)]
+    number = np.array([2 * random.randint(1, 4) for _ in range(upright.size + flat.size)])
+    found = balanced(number, pairs)
+    assert (found[upright] == number[upright].max(axis=1, keepdims=True)).all()
+    assert (found[flat] == number[flat].max(axis=0)).all()
+
+
+def test_cells_round_an_axis_stay_coarse_if_their_sides_cannot_be_equal():
+    """One of three radial lines has a short further curve, which only one of its cells sees."""
+    radial = np.array([0, 3]), np.array([1]), np.array([2]), np.array([0])
+    rings = np.arange(4, 10).reshape(2, 3, 1)
+    number = np.array([2, 2, 2, 2, 8, 8, 8, 4, 4, 6])
+    found = balanced(number, [*pairwise(radial), *zip(*rings, strict=True)])
+    assert found.tolist() == [2, 2, 2, 2, 8, 8, 8, 8, 8, 8]
+
+
+def test_a_side_stays_coarse_if_it_would_need_many_more_edges():
+    found = balanced(np.array([2, 40]), [(np.array([0]), np.array([1]))])
+    assert found.tolist() == [2, 40]
 
 
 def test_smoothing_unfolds_quads_and_does_not_move_others():

@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
 
 from polycube.hexmesh.background.curves import Curve, Sizes, divided, number_of_edges, placed
 
 SQUARE = np.radians((50, 130))  # angles of a corner of a cell with four sides
 STRAIGHT = np.radians((150, 210))  # angles without a corner
-ROUNDS = 20  # rounds of equalising opposite sides of such cells
+DENSER = 4  # largest increase of a number of edges for this, as a factor
+COSTLY = 10.0  # increase of numbers, relative to each, from which a pair stays unequal by one
 UNEVEN = 1.5  # largest ratio of opposite sides of a grid
 WIDER = 3.0  # the same for the borders of an annulus
 CENTRAL = 0.05  # of its inner diameter: largest distance of their centres
@@ -17,6 +19,7 @@ EQUAL = 1e-3  # relative difference of the lengths of equal round curves
 DEPTH = 0.4  # of the edge length: depth of a ring before smoothing
 
 Side = list[int]  # curves by number from 1, negative for the opposite direction
+Pair = tuple[np.ndarray, np.ndarray]  # curves of two sides, by number from 0
 Numbers = np.ndarray  # (N,) numbers of edges along the curves
 
 
@@ -47,7 +50,7 @@ def borders(
     wanted = divided(chains, loops, full, sizes)
     number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
     sides = [_four_sides(chains, cell) or _annulus(chains, cell) for cell in loops]
-    number = _even(equalized(chains, number), [each for each in sides if each])
+    number = balanced(number, equally_round(chains) + [p for each in sides for p in _pairs(each)])
     fine = [placed(c, *w, n) for c, w, n in zip(chains, wanted, number.tolist(), strict=True)]
     points, row = np.unique(np.concatenate(fine), axis=0, return_inverse=True)
     rows = np.split(row.ravel(), np.cumsum([len(each) for each in fine])[:-1])
@@ -60,7 +63,8 @@ def borders(
     for cell, opposite in zip(loops, sides, strict=True):
         size = float(min(wanted[abs(n) - 1][1].min() for loop in cell for n in loop))
         made = [around(loop) for loop in cell]
-        is_grid = bool(opposite) and _is_grid(number, opposite)
+        is_equal = all(number[a].sum() == number[b].sum() for a, b in _pairs(opposite))
+        is_grid = bool(opposite) and is_equal
         if is_grid and len(opposite) == 2:
             found, new = _between(points, made, sizes, size, start)
         elif is_grid:
@@ -75,17 +79,13 @@ def borders(
     return np.concatenate(places), cells
 
 
-def equalized(chains: list[Curve], number: Numbers) -> Numbers:
-    """Numbers of edges, increased to the largest of those of equally long round curves."""
+def equally_round(chains: list[Curve]) -> list[Pair]:
+    """Pairs of equally long round curves, such as the borders of equal holes."""
     is_round = np.flatnonzero([chain.is_round for chain in chains])
     length = np.array([chains[n].arc[-1] for n in is_round])
-    order = np.argsort(length, kind="stable")
-    group = np.cumsum(np.diff(length[order], prepend=0.0) > EQUAL * length[order])
-    most = np.zeros(len(order) + 1, number.dtype)
-    np.maximum.at(most, group, number[is_round[order]])
-    number = number.copy()
-    number[is_round[order]] = most[group]
-    return number
+    order = is_round[np.argsort(length, kind="stable")].reshape(-1, 1)
+    is_equal = np.diff(np.sort(length)) < EQUAL * np.sort(length)[1:]
+    return list(zip(order[:-1][is_equal], order[1:][is_equal], strict=True))
 
 
 def _with_rings(
@@ -175,26 +175,35 @@ def _four_sides(chains: list[Curve], cell: list[Side]) -> list[Side]:
     return sides if all(1 / UNEVEN < ratio < UNEVEN for ratio in ratios) else []
 
 
-def _pairs(sides: list[Side]) -> list[tuple[np.ndarray, np.ndarray]]:
+def _pairs(sides: list[Side]) -> list[Pair]:
     """Curves of opposite sides of a grid, or of the two borders of an annulus."""
     rows = [np.abs(side) - 1 for side in sides]
     half = len(rows) // 2
     return list(zip(rows[:half], rows[half:], strict=True))
 
 
-def _even(number: Numbers, cells: list[list[Side]]) -> Numbers:
-    """Numbers of edges, increased until opposite sides of cells are equal, if this ends."""
-    number = number.copy()
-    for _ in range(ROUNDS):
-        for one, two in (pair for sides in cells for pair in _pairs(sides)):
-            shortfall = number[two].sum() - number[one].sum()
-            few = one if shortfall > 0 else two
-            number[few[np.argmax(number[few])]] += abs(shortfall)
-        if all(_is_grid(number, sides) for sides in cells):
-            break
+def balanced(number: Numbers, pairs: list[Pair]) -> Numbers:
+    """Numbers of edges, increased as little as possible so that they are equal for both of a pair.
+
+    This is interval assignment as an integer program. Pairs stay unequal where that is impossible,
+    or needs many more edges.
+    """
+    least = number // 2
+    while pairs:
+        excess, unequal = np.zeros((len(pairs), len(number))), np.eye(len(pairs))
+        for row, (one, two) in zip(excess, pairs, strict=True):
+            row[one] += 1
+            row[two] -= 1
+        slack = np.zeros(2 * len(pairs))
+        found = milp(
+            np.append(1 / least, slack + COSTLY),
+            integrality=np.ones(len(least) + len(slack)),
+            bounds=Bounds(np.append(least, slack), np.append(DENSER * least, slack + np.inf)),
+            constraints=LinearConstraint(np.hstack([excess, unequal, -unequal]), 0, 0),
+        )
+        half, left = np.split(np.round(found.x).astype(np.int64), [len(number)])
+        if not left.any():
+            return 2 * half
+        is_equal = left.reshape(2, -1).sum(axis=0) == 0
+        pairs = [pair for pair, own in zip(pairs, is_equal, strict=True) if own]
     return number
-
-
-def _is_grid(number: Numbers, sides: list[Side]) -> bool:
-    """Whether opposite sides have equal numbers of edges."""
-    return all(number[one].sum() == number[two].sum() for one, two in _pairs(sides))
