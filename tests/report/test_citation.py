@@ -58,7 +58,7 @@ def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     mesh = ["garanzha2021foldover", "mitchell1995pillowing", "hu2020wild"]
     assert keys({}) == always
     assert keys({"hex": {}}) == always + mesh
-    assert keys(proposed("sweep"))[2:] == ["remacle2012blossom", "geuzaine2009gmsh"]
+    assert keys(proposed("sweep"))[2:] == ["remacle2013frontal", "geuzaine2009gmsh"]
     assert keys({"hex": {}, **proposed("diffusion")})[2:] == ["ho2020ddpm", *mesh]
     report = {"hex": {}, "spline": {}, "modes": {}}
     assert keys(report)[5:] == [

@@ -46,7 +46,7 @@ class ColumnStructure(OnGrid, Structure):
     max_hexes : largest number of hexes; a part that needs more is not proposed
     """
 
-    references: ClassVar[tuple[str, ...]] = ("remacle2012blossom", "geuzaine2009gmsh")
+    references: ClassVar[tuple[str, ...]] = ("remacle2013frontal", "geuzaine2009gmsh")
     proposal: ClassVar[str]
 
     tier = Tier.EXACT

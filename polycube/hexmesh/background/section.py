@@ -48,8 +48,7 @@ def section(
 ) -> Section:
     """Quads of all cells of a planar graph, the best of several results.
 
-    These are made with different sizes, with and without rings along smooth borders, and with the
-    methods of `polycube.hexmesh.generation.quads`.
+    These are made with different sizes, with and without rings along smooth borders.
 
     Raises NoBackgroundError if Gmsh returns no quads, or if all results have folds.
 
@@ -64,20 +63,21 @@ def section(
         scaled = replace(sizes, size=scale * sizes.size)
         drafts.append(_draft(*borders(chains, loops, full, scaled, has_rings), scaled.size))
     planes = [draft.plane for draft in drafts]
-    filled = quads(planes) if planes[0].regions else [[NOTHING]] * len(drafts)
+    filled = quads(planes) if planes[0].regions else [NOTHING] * len(drafts)
     half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
     areas = [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
     wanted = np.array(areas)  # of the cells
     best, key = None, (0.0, 0.0, 0.0)
-    for (scale, _), draft, several in zip(variants, drafts, filled, strict=True):
-        for flat in filter(None, (_smooth(draft, *one) for one in several)):
-            sine = sines(flat.vertices, flat.quads)
-            least, mean = float(sine.min()), float(sine.mean())
-            message = "sweep: %d quads, sine of the angles at least %.3f, mean %.3f"
-            logger.info(message, len(sine), least, mean)
-            rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
-            if least > 0 and rank > key and _fills(flat, wanted):
-                best, key = flat, rank
+    for (scale, _), draft, made in zip(variants, drafts, filled, strict=True):
+        if not (made and (flat := _smooth(draft, *made))):
+            continue
+        sine = sines(flat.vertices, flat.quads)
+        least, mean = float(sine.min()), float(sine.mean())
+        message = "sweep: %d quads, sine of the angles at least %.3f, mean %.3f"
+        logger.info(message, len(sine), least, mean)
+        rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
+        if least > 0 and rank > key and _fills(flat, wanted):
+            best, key = flat, rank
     if best is None:
         raise NoBackgroundError("all quad meshes of its section have folds")
     return best

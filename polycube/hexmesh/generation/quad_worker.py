@@ -8,7 +8,6 @@ the folder given there.
 import json
 import sys
 import time
-from itertools import product
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,22 +18,20 @@ OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,
     "Mesh.RandomSeed": 1,
+    "Mesh.Algorithm": 8,  # frontal Delaunay for quads
     "Mesh.RecombineAll": 1,
+    "Mesh.RecombinationAlgorithm": 0,  # greedy
     "Mesh.SubdivisionAlgorithm": 1,  # all quads
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeExtendFromBoundary": 1,
 }
-METHODS = (  # algorithms of triangulation and of recombination
-    (8, 0),  # frontal Delaunay for quads, greedy recombination
-    (8, 1),  # the same with Blossom recombination
-)
 QUAD = 3  # element type
-SECONDS = 2  # of the processor, for the quads of a plane by one method
+SECONDS = 2  # of the processor, for the quads of a plane
 PER_POINT = 4e-3  # the same for each point on its borders
 
 
 def main() -> None:
-    """Make the quads of the requested regions by each method, from the `first` combination on.
+    """Make the quads of the requested planes, from the `first` on.
 
     Writes a file for each that succeeds, and a line to the standard output after each.
     """
@@ -44,16 +41,14 @@ def main() -> None:
     gmsh.initialize(interruptible=False)
     for name, value in OPTIONS.items():
         gmsh.option.setNumber(name, value)
-    combinations = list(enumerate(product(enumerate(request["planes"]), METHODS)))
-    for number, ((plane, plane_request), method) in combinations[request["first"] :]:
-        _limit(SECONDS + PER_POINT * len(plane_request["points"]))
+    for number, plane in list(enumerate(request["planes"]))[request["first"] :]:
+        _limit(SECONDS + PER_POINT * len(plane["points"]))
         try:
-            made = _quads(gmsh, plane_request, *method)
+            made = _quads(gmsh, plane)
         except Exception:  # any exception of Gmsh if it cannot mesh a region
             made = {}
         if made:
-            output = Path(request["folder"]) / f"{number}.npz"
-            np.savez(output, allow_pickle=False, plane=np.array(plane), **made)
+            np.savez(Path(request["folder"]) / f"{number}.npz", allow_pickle=False, **made)
         sys.stdout.write(f"{number}\n")
         sys.stdout.flush()
     gmsh.finalize()
@@ -68,15 +63,11 @@ def _limit(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (until, resource.RLIM_INFINITY))
 
 
-def _quads(
-    gmsh: ModuleType, plane_request: dict[str, Any], triangles: int, joining: int
-) -> dict[str, np.ndarray]:
-    """Arrays of the quads of a plane by one method."""
+def _quads(gmsh: ModuleType, plane: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Arrays of the quads of a plane."""
     gmsh.clear()
-    gmsh.option.setNumber("Mesh.MeshSizeMax", plane_request["size"])
-    gmsh.option.setNumber("Mesh.Algorithm", triangles)
-    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", joining)
-    surfaces = _surfaces(gmsh, plane_request)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", plane["size"])
+    surfaces = _surfaces(gmsh, plane)
     gmsh.model.mesh.generate(2)
     tags, places, _ = gmsh.model.mesh.getNodes()
     row = np.zeros(int(tags.max()) + 1, np.int64)

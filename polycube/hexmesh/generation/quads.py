@@ -30,26 +30,25 @@ class Plane:
     size: float  # largest edge length inside the regions, before the faces are divided
 
 
-def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+def quads(planes: Sequence[Plane]) -> list[tuple[np.ndarray, np.ndarray, np.ndarray] | None]:
     """Fill regions with quads that share whole edges; each border edge is divided in two.
 
     Triangles from the frontal Delaunay method for quads (Remacle et al. 2013) are combined in
-    pairs, and all faces are then divided at the midpoints of their edges. The methods are greedy
-    recombination and Blossom-Quad (Remacle et al. 2012). Returns for each plane and each successful
-    method: vertices (V, 2), including the points and the midpoints of border edges; quads (Q, 4),
-    counter-clockwise unless folded; region of each quad (Q,). Raises MissingPackage if Gmsh cannot
-    be loaded. Raises NoBackgroundError if Gmsh returns no quads.
+    pairs, and all faces are then divided at the midpoints of their edges. Returns for each plane:
+    vertices (V, 2), including the points and the midpoints of border edges; quads (Q, 4),
+    counter-clockwise unless folded; region of each quad (Q,); None where Gmsh fails. Raises
+    MissingPackage if Gmsh cannot be loaded. Raises NoBackgroundError if it fails for all planes.
     """
-    found: list[list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = [[] for _ in planes]
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray] | None] = [None] * len(planes)
     with tempfile.TemporaryDirectory() as folder:
         last = _run(Path(folder), planes)
-        for path in sorted(Path(folder).glob("*.npz"), key=lambda path: int(path.stem)):
+        for path in Path(folder).glob("*.npz"):
             with np.load(path) as arrays:
                 places, faces, region = (arrays[name] for name in NAMES)
-                one, two = np.moveaxis(places[faces[:, [2, 3]]] - places[faces[:, [0, 1]]], 1, 0)
-                area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-                faces = np.where((area < 0)[region, None], faces[:, ::-1], faces)
-                found[int(arrays["plane"])].append((places, faces, region))
+            one, two = np.moveaxis(places[faces[:, [2, 3]]] - places[faces[:, [0, 1]]], 1, 0)
+            area = np.bincount(region, one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+            faces = np.where((area < 0)[region, None], faces[:, ::-1], faces)
+            found[int(path.stem)] = places, faces, region
     if not any(found):
         raise NoBackgroundError(f"Gmsh made no quads: {last}")
     return found
@@ -58,7 +57,7 @@ def quads(planes: Sequence[Plane]) -> list[list[tuple[np.ndarray, np.ndarray, np
 def _run(folder: Path, planes: Sequence[Plane]) -> str:
     """Let the worker write its files, and return its last message.
 
-    If it ends at a plane and a method, because Gmsh crashed or did not return, it goes on after it.
+    If it ends at a plane, because Gmsh crashed or did not return, it goes on after it.
     """
     first, last = 0, "its meshes are empty"
     request = {"folder": str(folder), "planes": list(map(asdict, planes))}
