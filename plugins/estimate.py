@@ -83,7 +83,8 @@ def propose(move: Propose, history: History) -> Expected:
     if move.tier == Tier.FINE:
         success, hexes = success * max(many, FINE_ANYWAY) / (1 + many), FINE_HEXES
     success *= _beside(history, move.tier)
-    if any(_is_untried(history, number) for number in range(len(history.ranked))):
+    exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
+    if not all(history.of_structure(number) for number in exact):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
     left = _left(history, hexes)
     return Expected(success * left, PROPOSE[move.tier] + FEW + EACH * hexes)
@@ -175,12 +176,6 @@ def _beside(history: History, tier: Tier) -> float:
     is_exact = history.ranked[leader.state.chosen].candidate.tier == Tier.EXACT
     may_keep = tier < Tier.FINE and "features" in leader.verdict.shortfall
     return BESIDE if is_exact and not may_keep else 1.0
-
-
-def _is_untried(history: History, structure: int) -> bool:
-    """Whether a structure has exact hexes that are not fitted yet."""
-    is_exact = history.ranked[structure].candidate.tier == Tier.EXACT
-    return is_exact and not history.of_structure(structure)
 
 
 def _left(history: History, thousands: float) -> float:

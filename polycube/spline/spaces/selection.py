@@ -87,7 +87,9 @@ class Refinement(Options):
         marks = np.zeros(len(level.inside), bool)
         for box in self.boxes:
             if box.get("level", 1) > depth:
-                met = _meets(level.space, np.reshape(np.array(box["box"], float), (2, 3)))
+                places = (level.space.extraction @ level.space.control)[level.space.nodes]
+                low, high = np.reshape(np.array(box["box"], float), (2, 3))
+                met = ((places.min(axis=1) < high) & (places.max(axis=1) > low)).all(axis=1)
                 marks |= met
                 if depth == 0 and not met.any():
                     logger.warning("warning: refine.boxes: no element meets %s", list(box["box"]))
@@ -138,12 +140,6 @@ def check_listed(listed: Sequence[np.ndarray], n_elements: int) -> None:
             what = f"refine.elements contains element {elements.max()} of level {level}"
             many = f"those listed before have {limit} children"
             raise InputError(f"{what}, where {many if level else f'there are {limit} elements'}")
-
-
-def _meets(space: Space, box: np.ndarray) -> np.ndarray:
-    """(E,) whether the box of the Bezier points of an element overlaps a box (2, 3)."""
-    points = (space.extraction @ space.control)[space.nodes]
-    return ((points.min(axis=1) < box[1]) & (points.max(axis=1) > box[0])).all(axis=1)
 
 
 def _bent(space: Space, angle: float) -> np.ndarray:
