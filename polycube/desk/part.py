@@ -2,6 +2,8 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
+from math import dist
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ ADDRESS = "/faces"
 WHOLE = "surface"  # of a part without CAD faces, which cannot be selected
 EXTENT = 10.0  # of the part in the view
 SEGMENTS = 24  # triangle edges on a full turn: enough to see
+PLACE = attrgetter("x", "y", "z")  # of a hit
 STILL = 0.01 * EXTENT  # distance that a point under the mouse may move between press and release
 GREY = "#b0bec5"
 
@@ -102,13 +105,8 @@ class PartView:
         before = self._pressed
         if event.click_type == "mousedown":
             self._pressed = hit
-        elif hit is None or before is None or _apart(hit, before) > STILL:
+        elif hit is None or before is None or dist(PLACE(hit), PLACE(before)) > STILL:
             return  # beside the part, or the view was turned
         elif (name := hit.object_name) in self._list.options:
             others = [chosen for chosen in self.selected if chosen != name]
             self._list.set_value(others if name in self.selected else [*others, name])
-
-
-def _apart(one: Any, two: Any) -> float:
-    """Distance of two places of the part."""
-    return float(np.linalg.norm([one.x - two.x, one.y - two.y, one.z - two.z]))

@@ -96,6 +96,7 @@ class _Cures:
         self._limit: float | None = DENSE  # `dense` of `run`
         self._gain = ABSOLUTE_GAIN  # smallest absolute gain
         self._rings, self._is_last = RINGS, False  # as in PASSES
+        self._failed: dict[int, Counter[str]] = {}  # efforts of trials without success, by hash
 
     def raise_to(self, aim: float, passes: tuple[tuple[int, bool], ...]) -> None:
         """Improve the hexes below an aim, without sheets, by any absolute gain."""
@@ -126,9 +127,16 @@ class _Cures:
         return self._work < budget * max(FEW, len(self._tried))
 
     def _counted(self, place: Place, near: Neighbourhood) -> tuple[Trial | None, Counter[str]]:
-        """A trial and its effort."""
+        """A trial and its effort; one that failed before is not repeated."""
+        now = self._aim, self._gain, self._is_last, self.current.jacobian.min(), place.face
+        key = hash((*now, near.problem.mesh.vertices.tobytes(), near.moves.tobytes()))
+        if key in self._failed:
+            return None, self._failed[key]
         with counted(is_alone=True) as effort:
-            return (self._envelope if place.inside is None else self._refitted)(near), effort
+            trial = (self._envelope if place.inside is None else self._refitted)(near)
+        if trial is None:
+            self._failed[key] = effort
+        return trial, effort
 
     def _batch(self) -> list[tuple[Place, Neighbourhood]]:
         """The next places and their neighbourhoods, which have no common hex."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import ENDS
-from polycube.hexmesh.feature_distances import Feature
 from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.named_sets import kind_of
 from polycube.report.pictures import colours as palette
@@ -67,8 +66,10 @@ def _chains(
     lost: list[np.ndarray] = []
     for crease, each in zip(on.features.creases, curves, strict=True):
         (lost if each.exceeds(goal) else preserved).append(on.to_model(crease.points))
-    points = [each for each in found if each.kind == "point" and each.exceeds(goal)]
-    return preserved, lost + [_cross(each, on.scale) for each in points]
+    points = [each.place for each in found if each.kind == "point" and each.exceeds(goal)]
+    arms = CROSS * on.scale * np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 0]])
+    cross = np.concatenate([np.roll(arms, k, axis=1) for k in range(3)])  # one polyline
+    return preserved, lost + [np.array(place) + cross for place in points]
 
 
 def lines(chains: list[np.ndarray], colour: str) -> Layer:
@@ -79,12 +80,6 @@ def lines(chains: list[np.ndarray], colour: str) -> Layer:
     nothing = np.zeros((0, 3), np.int64)
     lines, no_colours = np.stack([first, first + 1], axis=1), nothing.astype(np.uint8)
     return Layer(points, nothing, no_colours, lines, line_colour=colour, line_width=WIDTH)
-
-
-def _cross(feature: Feature, size: float) -> np.ndarray:
-    """A polyline that draws a cross of three lines at a lost point."""
-    arms = CROSS * size * np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 0]])
-    return np.array(feature.place) + np.concatenate([np.roll(arms, k, axis=1) for k in range(3)])
 
 
 def quad_colours(mesh: HexMesh) -> np.ndarray:

@@ -109,6 +109,27 @@ def test_a_fit_that_loses_features_is_accepted_in_part_at_last(is_last):
         assert part is None
 
 
+class Failing(_Cures):
+    """Cures without success, and their number."""
+
+    calls = 0
+
+    def _envelope(self, near):
+        self.calls += 1
+
+
+def test_a_fit_that_failed_is_repeated_only_with_another_aim():
+    surface, mesh = lattice_on_rod()
+    cures = Failing(fitted(mesh, target(surface)), 0.4, 0.0015)
+    cures.run(None)
+    first = cures.calls
+    cures.run(None)
+    assert cures.calls == first > 0
+    cures._aim = 0.45
+    cures.run(None)
+    assert cures.calls > first
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [0.0, 0.0015])
 def test_without_sheets_the_boundary_stays_in_the_envelope(width):
