@@ -68,6 +68,15 @@ def hexes_of(surface: TriMesh, **options) -> HexMesh:
     return candidate.blocks
 
 
+def test_hexes_stay_where_no_face_leans():
+    """As if single triangles of a plane at the tip of a fillet leaned."""
+    surface = bored(24)
+    straight = set_upright(surface, np.array([0.0, 0, 1]))
+    mesh = hexes_of(surface, size=1.0)
+    assert not straight.is_changed.any()
+    assert moved_back(mesh, straight, surface) is mesh
+
+
 @pytest.mark.parametrize("surface", [CHAMFERED, DRAFTED], ids=["chamfers", "drafts"])
 def test_the_upper_corners_are_set_over_the_lower_ones(surface):
     part = set_upright(surface, UP)

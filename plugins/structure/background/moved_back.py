@@ -36,6 +36,8 @@ def moved_back(mesh: HexMesh, straight: Upright, surface: TriMesh) -> HexMesh:
 
     Raises NoBackgroundError if the topology or the volume is wrong, or if many hexes are inverted.
     """
+    if not straight.is_changed.any():  # some triangles lean, but no face
+        return mesh
     near, merged = ON * diagonal(surface), MERGED * diagonal(surface)
     if len(straight.split):
         mesh = _split(mesh, straight, near)
