@@ -277,6 +277,30 @@ def test_lines_cross_two_polylines_of_one_circle_at_the_same_points(high, fine, 
     assert (np.bincount(edges.ravel()) > 2).sum() == 4
 
 
+@pytest.mark.parametrize("near", [0.03, 0.06, 0.1])
+def test_edges_are_close_to_the_curves_where_a_fillet_runs_out_on_a_rim(near):
+    """A spoke with fillets: no edge is farther from them than details, or than a chord was."""
+    rim, radius, half, chords = 34.0, 1.74, 3.27, 48
+    angle = np.arcsin((half + radius) / (rim - radius))  # at the centre of a fillet
+    middle = (rim - radius) * np.array([np.sin(angle), np.cos(angle)])
+    turn = np.linspace(np.pi, np.pi / 2 - angle, 15)
+    fillet = middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    behind = np.array([0.96 * angle, np.arcsin(half / rim), 0.0])
+    side = np.concatenate([fillet, rim * np.stack([np.sin(behind), np.cos(behind)], axis=1)])
+    spoke = np.concatenate([side, side[-2::-1] * [-1, 1], [[-half, 5], [half, 5]]])
+    round_ = 2 * np.pi * np.arange(chords) / chords
+    ring = rim * np.stack([np.sin(round_), np.cos(round_)], axis=1)
+    numbers = np.arange(chords), chords + np.arange(len(spoke))
+    lines = np.concatenate([np.stack([own, np.roll(own, -1)], axis=1) for own in numbers])
+    points, edges = arrangement(np.concatenate([ring, spoke]), lines, near)
+    x, y = points[edges].mean(axis=1).T
+    off_rim = abs(np.hypot(x, y) - rim)
+    off_fillet = abs(np.hypot(abs(x) - middle[0], y - middle[1]) - radius)
+    on_line = np.isclose(abs(x), half) | np.isclose(y, 5)
+    off = np.minimum(off_rim, off_fillet)[~on_line]
+    assert off.max() < 1.01 * max(near, rim * (1 - np.cos(np.pi / chords)))
+
+
 def circle(radius: float, number: int, middle: float = 0.0) -> np.ndarray:
     angle = 2 * np.pi * (np.arange(number) + 0.3) / number
     return np.stack([middle + radius * np.cos(angle), radius * np.sin(angle)], axis=1)

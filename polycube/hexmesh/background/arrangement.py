@@ -117,10 +117,7 @@ def _means(points: np.ndarray, name: np.ndarray) -> np.ndarray:
 
 
 def _distinct(lines: np.ndarray, sag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lines between different points, without duplicates, and the sag (S,) of each.
-
-    This is the smallest one of the chords among duplicates.
-    """
+    """Lines without duplicates, and the smallest sag (S,) of the chords among those of each."""
     differs = lines[:, 0] != lines[:, 1]
     found, row = np.unique(np.sort(lines[differs], axis=1), axis=0, return_inverse=True)
     least = np.full(len(found), np.inf)
@@ -183,7 +180,7 @@ def _points_on(
     off = abs(out[:, 0] * step[owner, 1] - out[:, 1] * step[owner, 0]) / length[owner]
     least = np.full(len(points), np.inf)
     np.minimum.at(least, lines.ravel(), np.repeat(sag, 2))
-    gap = near + sag[owner] + np.minimum(least[point], sag[owner])
+    gap = np.maximum(near, sag[owner] + np.minimum(least[point], sag[owner]))
     on = (off < gap) & (along > near) & (along < length[owner] - near)
     on &= (point[:, None] != lines[owner]).all(axis=1)
     if not may_cross:
@@ -215,7 +212,7 @@ def _without_short(
     points: np.ndarray, lines: np.ndarray, sag: np.ndarray, near: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Merge the ends of chords that are shorter than their distance from the curve."""
-    is_short = np.linalg.norm(np.diff(points[lines], axis=1)[:, 0], axis=1) < near + sag
+    is_short = np.linalg.norm(np.diff(points[lines], axis=1)[:, 0], axis=1) < np.maximum(near, sag)
     first, second = lines[is_short].T
     name = connected(first, second, len(points))
     return _means(points, name), *_distinct(name[lines], sag)
