@@ -10,8 +10,8 @@ from polycube.hexmesh.background.curves import Curve, Sizes, divided, number_of_
 
 SQUARE = np.radians((50, 130))  # angles of a corner of a cell with four sides
 STRAIGHT = np.radians((150, 210))  # angles without a corner
-DENSER = 4  # largest increase of a number of edges for this, as a factor
-COSTLY = 10.0  # increase of numbers, relative to each, from which a pair stays unequal by one
+DENSER = 4  # largest factor by which a number of edges grows to be equal to another
+COSTLY = 10.0  # growth of numbers, relative to each, that is not worth one unequal edge less
 UNEVEN = 1.5  # largest ratio of opposite sides of a grid
 WIDER = 3.0  # the same for the borders of an annulus
 CENTRAL = 0.05  # of its inner diameter: largest distance of their centres
