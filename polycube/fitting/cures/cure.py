@@ -94,9 +94,8 @@ class _Cures:
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._limit: float | None = DENSE  # `dense` of `run`
-        self._gain = ABSOLUTE_GAIN  # smallest absolute gain
-        self._rings, self._is_last = RINGS, False  # as in PASSES
-        self._failed: dict[int, Counter[str]] = {}  # efforts of trials without success, by hash
+        self._gain, self._rings, self._is_last = ABSOLUTE_GAIN, RINGS, False  # least gain; PASSES
+        self._failed: dict[int, Counter[str]] = {}  # efforts of failed trials, which count again
 
     def raise_to(self, aim: float, passes: tuple[tuple[int, bool], ...]) -> None:
         """Improve the hexes below an aim, without sheets, by any absolute gain."""
@@ -121,8 +120,7 @@ class _Cures:
                 count_more(effort)
                 self._work += effort["evaluations"] * len(near.problem.hexes)
                 again = trial is not None and self._accept(trial) and trial.is_large
-                if place.inside is None and not again:
-                    # the worst hex is tried once more alone
+                if place.inside is None and not again:  # the worst hex is tried once more alone
                     self._tried[place.seeds[min(1, len(place.seeds) - 1) :]] = True
         return self._work < budget * max(FEW, len(self._tried))
 

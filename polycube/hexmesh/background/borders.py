@@ -83,9 +83,10 @@ def equally_round(chains: list[Curve]) -> list[Pair]:
     """Pairs of equally long round curves, such as the borders of equal holes."""
     is_round = np.flatnonzero([chain.is_round for chain in chains])
     length = np.array([chains[n].arc[-1] for n in is_round])
-    order = is_round[np.argsort(length, kind="stable")].reshape(-1, 1)
-    is_equal = np.diff(np.sort(length)) < EQUAL * np.sort(length)[1:]
-    return list(zip(order[:-1][is_equal], order[1:][is_equal], strict=True))
+    order = np.argsort(length, kind="stable")
+    is_equal = np.diff(length[order]) < EQUAL * length[order[1:]]
+    curves = is_round[order, None]
+    return list(zip(curves[:-1][is_equal], curves[1:][is_equal], strict=True))
 
 
 def _with_rings(
