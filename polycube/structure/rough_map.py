@@ -76,8 +76,9 @@ def fit(
     low, scale = targets.min(axis=0), float(np.linalg.norm(np.ptp(targets, axis=0)))
     goal = (targets - low) / scale
     linear, offset = _affine(points, goal, outlier)
-    x, y, z = (_control(knots) for knots in polycube.knots)
-    axes = x, y, z
+    parts = (round(np.ptp(knots) / SPACING) or 1 for knots in polycube.knots)
+    x, y, z = (np.linspace(k[0], k[-1], n + 1) for k, n in zip(polycube.knots, parts, strict=True))
+    axes = x, y, z  # control planes
     base = _grid(axes) @ linear.T + offset
     shares, bending = weights(axes, points), _bending(axes)
     residual = goal - points @ linear.T - offset
@@ -112,12 +113,6 @@ def _affine(points: np.ndarray, goal: np.ndarray, outlier: float) -> tuple[np.nd
 def _trust(residual: np.ndarray, outlier: float) -> np.ndarray:
     """(N,) weights of points at the given distances: 1 at 0, 1/4 at `outlier`, 0 far away."""
     return (1 + (residual**2).sum(axis=1) / outlier**2) ** -2.0
-
-
-def _control(knots: np.ndarray) -> np.ndarray:
-    """Control planes with about the spacing `SPACING`, from the first knot to the last."""
-    length = knots[-1] - knots[0]
-    return np.linspace(knots[0], knots[-1], max(1, round(length / SPACING)) + 1)
 
 
 def _bending(axes: PerAxis) -> np.ndarray:

@@ -154,7 +154,9 @@ class Overlay(OnGrid, Structure):
                 message = "overlay: the grid of cells of size %.4g around the part is too large"
                 logger.info(message, edge)
                 continue
-            solid = inside(turned.vertices[turned.faces], *map(_samples, (x, y, z)))
+            part = (np.arange(SAMPLES) + 0.5) / SAMPLES
+            samples = ((p[:-1, None] + np.diff(p)[:, None] * part).ravel() for p in (x, y, z))
+            solid = inside(turned.vertices[turned.faces], *samples)
             shape = (len(x) - 1, SAMPLES, len(y) - 1, SAMPLES, len(z) - 1, SAMPLES)
             share = solid.reshape(shape).mean(axis=(1, 3, 5))  # solid share of each cell
             for full in (manifold(share, least) for least in shares):
@@ -183,9 +185,3 @@ def _first(lattices: Iterator[tuple[Defects, Candidate]]) -> tuple[Defects, Cand
         if not any(each[0]):
             break
     return best
-
-
-def _samples(planes: np.ndarray) -> np.ndarray:
-    """Evenly spaced samples of every interval."""
-    inner = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    return (planes[:-1, None] + np.diff(planes)[:, None] * inner).ravel()

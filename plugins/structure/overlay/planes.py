@@ -91,7 +91,9 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
         solid, weight = np.pad(full, 1), np.pad(np.abs(share - least), 1, constant_values=2.0)
         _repair(solid, codes(solid), weight, TABLE)
         inner = solid[1:-1, 1:-1, 1:-1]
-        full = binary_fill_holes(_largest(inner))
+        piece = label(inner)[0]
+        sizes = np.bincount(piece.ravel(), minlength=2)
+        full = binary_fill_holes(piece == 1 + sizes[1:].argmax())
         if (full == inner).all():
             break
     return full
@@ -107,11 +109,6 @@ def _with_walls(share: np.ndarray, least: float) -> np.ndarray:
     apart = solid & ~binary_dilation(share >= least, AROUND)
     wall = binary_dilation(apart, AROUND, iterations=2, mask=solid) if apart.any() else apart
     return np.where(wall, (1 + least) / 2, share)
-
-
-def _largest(full: np.ndarray) -> np.ndarray:
-    piece, number = label(full)
-    return full if number < 2 else piece == 1 + np.bincount(piece.ravel())[1:].argmax()
 
 
 @njit(cache=True)

@@ -186,7 +186,8 @@ def section(feature: Feature, knots: PerAxis) -> EdgeRuns:
     u, v = (axis + 1) % 3, (axis + 2) % 3
     is_high = np.array(list(np.ndindex(2, 2)))
     line = np.where(is_high, [high[u], high[v]], [low[u], low[v]])
-    beyond = [[_width(knots[a], slab, far) for slab in (low[a] - 1, high[a])] for a in range(3)]
+    widths = [np.r_[far, np.diff(each), far] for each in knots]
+    beyond = [[width[low[a]], width[high[a] + 1]] for a, width in enumerate(widths)]
     side = [knots[a][high[a]] - knots[a][low[a]] for a in (u, v)]
     return EdgeRuns(
         axis=np.full(4, axis),
@@ -202,7 +203,3 @@ def section(feature: Feature, knots: PerAxis) -> EdgeRuns:
         after=np.tile(beyond[axis], (4, 1)),
         depth=np.full(4, min(side)),
     )
-
-
-def _width(knots: np.ndarray, slab: int, far: float) -> float:
-    return knots[slab + 1] - knots[slab] if 0 <= slab < len(knots) - 1 else far
