@@ -505,6 +505,7 @@ BLENDS = {
     "blended": 17280,
     "mitred": 17280 - (4 - np.pi) * 3**2 / 4 * 8,
     "cut_edge": 12000 - np.pi * 3**2 * 8,
+    "cut_fillet": 8000 + np.pi * 8**2 * 10 - 2 * np.pi * 2**2 * 5,
 }
 
 

@@ -27,6 +27,11 @@ class Border(NamedTuple):
     vertices: np.ndarray  # (N,) in order; the last is the first if it is a loop
     beyond: np.ndarray  # (N - 1,) the face on the other side of each edge
 
+    def ends(self, is_wall: np.ndarray, is_cap: np.ndarray) -> tuple[bool, bool]:
+        """Whether it is at walls only, and whether it is at caps, which walls may cut."""
+        wall, cap = is_wall[self.beyond], is_cap[self.beyond]
+        return bool(wall.all()), bool((wall | cap).all() and cap.any())
+
 
 class Leaning(NamedTuple):
     """A face that is neither a cap nor a wall."""
@@ -186,7 +191,7 @@ def set_upright(
     used, borders = np.unique(face.faces), face.borders
     heights = [at[border.vertices, 2].mean() for border in borders]
     size = [lengths(before[border.vertices, :2])[-1] for border in borders]
-    at_wall = [bool(is_wall[border.beyond].all()) for border in borders]
+    at_wall, at_cap = zip(*(border.ends(is_wall, is_cap) for border in borders), strict=True)
     base = at_wall.index(True) if any(at_wall) else 0
     if not (is_flat := len(borders) == 1):
         top, foot = borders[1 - base], over(at, before, face, base)
@@ -198,7 +203,8 @@ def set_upright(
     most = (heights[1] - heights[0]) / SHALLOW
     if is_loop(top.vertices):
         most = min(most, WIDE * size[base] / (2 * np.pi))
-    if run > most and at_wall[base] and is_cap[top.beyond].all():
+    is_cut = not is_cap[top.beyond].all()  # by walls, which cannot move with the border
+    if at_cap[1 - base] and (run > most or is_cut) and at_wall[base]:
         at[used, 2] = heights[1 - base]
         return False
     if is_straight:

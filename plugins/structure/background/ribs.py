@@ -45,23 +45,22 @@ def levelled(
     surface: TriMesh,
     at: np.ndarray,
     beyond: np.ndarray,
-    walls: np.ndarray,
+    is_wall: np.ndarray,
+    is_cap: np.ndarray,
     near: float,
     size: float,
-    is_cap: np.ndarray,
 ) -> bool:
     """Move uneven borders of a face to constant heights, in place; whether it leans between them.
 
     These are the ends of the back of a rib, which come to the height of a cap that they touch, and
     borders at a cap that are cut by a wall, as by a hole near a rounded edge.
 
-    beyond : (3 F,) the face on the other side of each edge; the cap where a border was cut
-    walls : faces that are walls
-    is_cap : (F,) whether a triangle is perpendicular to the axis
+    beyond : (3 F,) the face on the other side of each edge
+    is_wall, is_cap : (R,) whether each face is along the axis, and perpendicular to it
     """
     own = surface.region == number
-    sides, ends = np.flatnonzero(np.repeat(own, 3)), half_edges(surface.faces[own])
-    other, before, is_cut = beyond[sides], at[:, 2].copy(), False
+    other, ends = beyond[np.repeat(own, 3)], half_edges(surface.faces[own])
+    before, is_cut = at[:, 2].copy(), False
     low, high = before[ends].min(), before[ends].max()
     beside = np.setdiff1d(other, [number])
     curves = [ends[other == one] for one in beside]
@@ -70,19 +69,17 @@ def levelled(
         used = [c.ravel() for c in flat if (before[c].mean() > (low + high) / 2) == is_upper]
         if used:
             end = np.concatenate(used)
-            at_cap = np.isin(end, surface.faces[is_cap])
+            at_cap = np.isin(end, surface.faces[is_cap[surface.region]])
             at[end, 2] = before[end[at_cap] if at_cap.any() else end].mean()
     for one, curve in zip(beside, curves, strict=True):
         vertices, count = np.unique(curve, return_counts=True)
         tips = vertices[count == 1]
-        caps = surface.region[is_cap & np.isin(surface.faces, tips).any(axis=1)]
         is_uneven = len(tips) > 0 and np.ptp(before[tips]) < 10 * near < np.ptp(before[curve])
         off = abs(before[tips[:1], None] - [low, high]).min(initial=np.inf)
-        if one in walls and is_uneven and off < 10 * near:
+        if is_wall[one] and is_uneven and off < 10 * near:
             at[curve, 2], is_cut = before[tips].mean(), True
-            beyond[sides[other == one]] = caps[0] if len(caps) else one
     face = leaning(surface, at, beyond, number, near)
     is_found = face is not None and (is_cut or is_back(at, face, size))
     if not is_found:
-        at[:, 2], beyond[sides] = before, other
+        at[:, 2] = before
     return is_found

@@ -95,9 +95,7 @@ def upright(
     beyond = region[across]
     given = [n for n in leans if leaning(surface, at, beyond, n, near) is None]
     if may_slope:
-        on_cap = is_cap[region]
-        walls = np.flatnonzero(is_wall)
-        rest = (surface, at, beyond, walls, near, sizes.size, on_cap)
+        rest = (surface, at, beyond, is_wall, is_cap, near, sizes.size)
         given = [n for n in given if not levelled(n, *rest)]
     flat = _set_flat(surface, at, beyond, given, is_cap) if may_slope else []
     is_cap[flat] = True
@@ -125,7 +123,7 @@ def upright(
         at_wall = {n: any(is_wall[b.beyond].all() for b in waiting[n].borders) for n in waiting}
         number = max(waiting, key=lambda n: (n not in last, at_wall[n], total[n]))
         face = waiting.pop(number)
-        ends = [(bool(is_wall[b.beyond].all()), bool(is_cap[b.beyond].all())) for b in face.borders]
+        ends = [border.ends(is_wall, is_cap) for border in face.borders]
         high = [before[border.vertices, 2].mean() for border in face.borders]
         at_walls, at_caps = (len(ends) == 2 and all(each) for each in zip(*ends, strict=True))
         is_arch = at_walls and np.ptp(before[face.faces, 2]) > ARCH * (max(high) - min(high))
