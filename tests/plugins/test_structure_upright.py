@@ -460,6 +460,28 @@ def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     assert len(mesh.hexes) < most
 
 
+def test_holes_that_cut_into_an_upright_rounding_become_square(tmp_path):
+    """The second one is wider than high, because the rounding begins near its side."""
+    surface, _ = read_surface(write("drilled_corner", tmp_path))
+    part = set_upright(surface, UP)
+    wanted = 44 * (30 * 12 - (1 - np.pi / 4) * 6**2)
+    high = np.sqrt(np.pi) / 2 * 4
+    for middle, wide in ((22, high), (20.3, 4 * (1 + 3.7 / 4) / 2)):
+        x = np.linspace(middle - wide, middle + wide, 10001)
+        front = 6 - np.sqrt(36 - np.maximum(x - 24, 0) ** 2)
+        wanted -= 2 * high * 2 * wide * (12 - front.mean())
+    assert measures.volume(part.surface) == pytest.approx(wanted, rel=5e-4)
+
+
+@pytest.mark.slow
+def test_a_block_with_such_holes_is_swept(tmp_path):
+    surface, _ = read_surface(write("drilled_corner", tmp_path))
+    moved = polycube.mesh(surface, order=["meshing"]).hexes
+    check_fills(moved, surface, 2e-3, 0.4)
+    assert genus(moved) == 2 and len(moved.hexes) < 5000
+    assert max(feature.distance for feature in inspect(moved, surface).features) < 5e-3
+
+
 @pytest.mark.slow
 def test_the_numbers_of_hexes_at_faces_are_reached(tmp_path):
     surface, _ = read_surface(write("angle", tmp_path))

@@ -33,11 +33,13 @@ class Hole(NamedTuple):
     across: np.ndarray  # (3,) unit vector, perpendicular to its direction and to the upright axis
     middle: np.ndarray  # (2,) its centre: along `across`, and the height
     extent: np.ndarray  # (2,) half its width and half its height
-    wide: float  # least half width of its square beside the windows, relative to that of the hole
+    # least half width of its square beside windows and corners, relative to that of the hole
+    wide: float
     sides: np.ndarray  # (2, 2) the sides of the square: along `across`, and their heights
     rims: list[np.ndarray]  # vertices of the loops around it
     # vertices of the other loops at its border, where other holes meet it
     windows: list[np.ndarray]
+    corners: np.ndarray  # (N,) vertices of the rims at the ends of upright curves of other faces
     collars: tuple[Collar, ...] = ()
 
     @property

@@ -70,6 +70,10 @@ def _aligned(sides: np.ndarray, extent: np.ndarray) -> np.ndarray:
 def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -> Iterator[Hole]:
     vectors = area_vectors(TriMesh(at, surface.faces))
     seen = np.zeros(len(surface.faces), bool)
+    one, two = pairs
+    lines = half_edges(surface.faces)[one[surface.region[one // 3] != surface.region[two // 3]]]
+    step = np.diff(at[lines], axis=1)[:, 0] ** 2
+    upright = lines[step[:, 2] > (1 - STRAIGHT) * step.sum(axis=1)]
     for number in numbers:
         own = np.flatnonzero(surface.region == number)
         along = _direction(vectors[own])
@@ -77,7 +81,7 @@ def _holes(surface: TriMesh, at: np.ndarray, pairs: Pairs, numbers: list[int]) -
             continue
         ring = _ring(surface, at, pairs, vectors, along, own)
         seen[ring] = True
-        hole = _hole(surface, at, vectors, np.cross([0, 0, 1], along), ring)
+        hole = _hole(surface, at, np.cross([0, 0, 1], along), ring, upright)
         if hole and len(hole.rims) == 2 and euler(surface.faces[ring]) == -len(hole.windows):
             yield hole._replace(collars=tuple(_collars(surface, at, pairs, hole)))
 
@@ -141,16 +145,20 @@ def _ring(
 
 
 def _hole(
-    surface: TriMesh, at: np.ndarray, vectors: np.ndarray, across: np.ndarray, ring: np.ndarray
+    surface: TriMesh, at: np.ndarray, across: np.ndarray, ring: np.ndarray, upright: np.ndarray
 ) -> Hole | None:
-    """The hole or boss in a ring of faces, if one is curved and all are visible from its centre."""
+    """The hole or boss in a ring of faces, if one is curved and all are visible from its centre.
+
+    upright : (N, 2) edges of upright curves
+    """
     flat = np.stack([at @ across, at[:, 2]], axis=1)
     places = flat[surface.faces[ring]]
     if not len(ring):
         return None
     low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
     middle = (low + high) / 2
-    normals = np.stack([vectors[ring] @ across, vectors[ring, 2]], axis=1)
+    vectors = area_vectors(TriMesh(at, surface.faces[ring]))
+    normals = np.stack([vectors @ across, vectors[:, 2]], axis=1)
     inward = np.einsum("nd,nd->n", middle - places.mean(axis=1), normals)
     from_inside, from_outside = inward.clip(0).sum(), -inward.clip(max=0).sum()
     if min(from_inside, from_outside) > HIDDEN * max(from_inside, from_outside):
@@ -167,13 +175,15 @@ def _hole(
             rims = [loop for loop, turn in zip(loops, turns, strict=True) if turn]
             windows = [loop for loop, turn in zip(loops, turns, strict=True) if not turn]
             extent = (high - low) / 2
-            seen = np.concatenate([np.zeros((0, 2)), *(flat[loop] for loop in windows)])
+            at_rim = np.isin(upright, np.concatenate([ring[:0], *rims]))
+            corners = np.unique(upright[at_rim & ~at_rim[:, ::-1]])  # not on edges of rims
+            seen = flat[np.concatenate([corners, *windows])]
             wide = abs(seen[:, 0] - middle[0]).max(initial=0) / extent[0]
             wide += min(BESIDE, (1 - wide) / 2)
             least = BOSS if is_boss else HALF
             half = np.array([max(least, wide), least]) * extent
             sides = np.stack([middle - half, middle + half], axis=1)
-            return Hole(ring, across, middle, extent, wide, sides, rims, windows)
+            return Hole(ring, across, middle, extent, wide, sides, rims, windows, corners)
     return None
 
 

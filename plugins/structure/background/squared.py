@@ -52,6 +52,8 @@ def square(surface: TriMesh, at: np.ndarray, hole: Hole) -> np.ndarray:
     beyond = np.clip((share - first + 2) % 4 - 2, 0, 1)
     share = first + np.where(on_side.sum(axis=1) > 1, 1, beyond)
     flat, along = hole.on_sides(share), at[used] @ hole.along
+    held = np.searchsorted(used, hole.corners)
+    flat[held, 0] = before[held, 0]
     for rim in (np.searchsorted(used, loop) for loop in hole.rims):
         known = rim[np.argsort(before[rim, 0], kind="stable")]
         along[rim] = np.interp(flat[rim, 0], before[known, 0], along[known])
