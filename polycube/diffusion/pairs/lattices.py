@@ -140,7 +140,10 @@ def _apply(full: np.ndarray, features: list[Feature]) -> np.ndarray:
     after = full.copy()
     stays = bool(features) and features[0].kind in STAYS
     for feature in features:
-        after[_slabs(feature) if stays else _box(feature)] = False
+        box = _box(feature)
+        if stays:  # all boxes of its slabs
+            np.moveaxis(after, feature.axis, 0)[box[feature.axis]] = False
+        after[box] = False
     for feature in features if stays else []:
         after[_box(feature)] = full[_box(feature)]
     return after
@@ -148,12 +151,6 @@ def _apply(full: np.ndarray, features: list[Feature]) -> np.ndarray:
 
 def _box(feature: Feature) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in zip(feature.low, feature.high, strict=True))
-
-
-def _slabs(feature: Feature) -> tuple[slice, ...]:
-    """All boxes of the slabs of the feature."""
-    box = _box(feature)
-    return tuple(box[axis] if axis == feature.axis else slice(None) for axis in range(3))
 
 
 def _collapsed(full: np.ndarray, made: list[Feature], genus: int) -> Lattice:

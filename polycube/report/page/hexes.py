@@ -1,6 +1,7 @@
 """The sections of the hex mesh: measures, worst hexes, distances, counts, and what it loses."""
 
 from collections import Counter
+from math import hypot
 
 import numpy as np
 from markupsafe import Markup
@@ -43,7 +44,7 @@ def sets(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
             "quads": own["quads"],
             f"area, {unit}²": own["area"],
             "centre": coordinates(own["centroid"], diagonal(state.surface)),
-            "mean normal": _direction(own["normal"]),
+            "mean normal": coordinates(own["normal"]) if hypot(*own["normal"]) > FLAT else None,
             **({"name in the file": own.get("name")} if state.hexes.cad_names else {}),
         }
         for name, own in numbers.items()
@@ -85,12 +86,6 @@ def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates
     row = rows.get(name, empty)
     own = {title: value for title, value in row.items() if title != "CAD faces"}
     return {**own, "of the model's face": f"{1 + change:.1%}"}
-
-
-def _direction(normal: list[float]) -> str | None:
-    """The mean normal; None if the set has no direction."""
-    length = sum(c * c for c in normal) ** 0.5
-    return coordinates(normal) if length > FLAT else None
 
 
 def hexes(state: RunState, report: Json, pictures: templates.Pictures) -> Markup:
