@@ -327,8 +327,14 @@ def test_two_circles_that_are_closer_than_details_are_one(narrow, loops):
 
 def test_further_levels_are_taken_from_the_middle_outwards():
     """The one close to an end is kept once its neighbour is there."""
-    found = _with_further(np.array([0.0, 7]), np.array([0.54, 2.07, 4.35, 4.4, 8]))
+    found = _with_further(np.array([0.0, 7]), [np.array([0.54, 2.07, 4.35, 4.4, 8])])
     assert found.tolist() == [0, 0.54, 2.07, 4.35, 7]
+
+
+def test_a_further_level_that_is_close_to_one_of_another_face_is_left_out():
+    """Its distance from others of its own face decides: 0.5 of 2.4 is close, 0.9 of 2.1 is not."""
+    groups = [np.array([2.0, 4.0]), np.array([2.5, 4.9])]
+    assert _with_further(np.array([0.0, 7]), groups).tolist() == [0, 2, 4, 4.9, 7]
 
 
 def test_a_step_has_longer_edges_than_a_wall_of_its_width():

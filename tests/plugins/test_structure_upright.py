@@ -63,6 +63,10 @@ def set_upright(surface: TriMesh, axis: np.ndarray) -> Upright:
     return upright(surface, measures.twins(surface.faces), axis, 1e-4, SIZES)
 
 
+def levels_of(part: Upright) -> np.ndarray:
+    return np.concatenate(part.levels)
+
+
 def hexes_of(surface: TriMesh, **options) -> HexMesh:
     [candidate] = columns.propose("sweep", surface, **options)
     return candidate.blocks
@@ -199,6 +203,22 @@ def test_the_chords_beside_the_edge_of_a_square_rounding_are_short_enough(chord)
     assert part.surface.vertices[is_own, 2] == pytest.approx(even, abs=0.01)
 
 
+def test_close_levels_of_two_roundings_become_one():
+    """Those of a ring with an inner and an outer rounding whose radii are 1 and 1.1."""
+    turn = np.linspace(0, np.pi / 2, 33)
+    outer = zip(2 + np.sin(turn), 5 + np.cos(turn), strict=True)
+    inner = zip(3 - 1.1 + 1.1 * np.sin(turn), 4.1 - 1.1 * np.cos(turn), strict=True)
+    profile = (0, 3), (0, 6), *outer, *reversed(list(inner))
+    surface = joined(joined(revolved(*profile), 3, 34), 36, 67)
+    sizes = replace(SIZES, chord=0.01)
+    found, part = stack(surface, sizes, UP)
+    assert len(part.levels) == 2
+    for own in part.levels:
+        spacing = np.diff(np.r_[own, 3]).min()
+        assert abs(own[:, None] - found.levels).min(axis=1).max() < 0.35 * spacing
+        assert np.diff(found.levels).min() > 0.25 * spacing
+
+
 def test_a_concave_rounding_is_set_upright_as_a_whole():
     part = set_upright(HUB, UP)
     assert not part.is_cap[part.is_changed].any()
@@ -314,7 +334,7 @@ def test_a_hole_across_the_axis_becomes_a_square_of_its_area(number, turn):
     assert measures.volume(part.surface) == pytest.approx(2 * (16 - 4 * half.prod()))
     assert abs(square / half).max(axis=1) == pytest.approx(np.ones(inner.sum()))
     assert len(np.unique(part.surface.region)) == len(np.unique(surface.region)) + 3
-    assert part.levels == pytest.approx(half[1] / 3 * np.array([-1, 1]))
+    assert levels_of(part) == pytest.approx(half[1] / 3 * np.array([-1, 1]))
     assert part.is_cap[part.is_changed].sum() == pytest.approx(part.is_changed.sum() / 2, abs=8)
 
 
@@ -337,7 +357,7 @@ def test_chords_at_the_ends_of_a_slot_across_the_axis_are_short_enough(shift, ch
     side = np.isclose(square[:, 1], square[:, 1].max()) & (z[inner] > 0)
     height, places = square[side, 0], moved[inner][side, :2]
     order = height.argsort()
-    marks = np.unique([*part.levels, height.min(), height.max(), *height[places[:, 1] > 0.999]])
+    marks = np.unique([*levels_of(part), height.min(), height.max(), *height[places[:, 1] > 0.999]])
     corner = [np.interp(marks, height[order], places[order, d]) for d in (0, 1)]
     length = np.hypot(*np.diff(corner, axis=1))
     is_arc = abs(np.diff(corner[1])) > 1e-6
@@ -365,7 +385,7 @@ def test_a_fillet_round_a_hole_across_the_axis_has_as_many_hexes_as_its_chords()
         part = upright(surface, measures.twins(surface.faces), across, 1e-4, sizes)
         for number in (2, 3):
             levels, length = np.linspace(*half, number + 1)[1:-1], np.ptp(half) / number
-            near = abs(np.abs(part.levels)[:, None] - levels).min(axis=0) < 1e-6
+            near = abs(np.abs(levels_of(part))[:, None] - levels).min(axis=0) < 1e-6
             assert near.all() if number == rows else not near.any()
             assert np.isclose(part.fine[:, 2], length).any() == (number == rows)
 
@@ -377,7 +397,7 @@ def test_a_boss_across_the_axis_becomes_a_smaller_square():
     square = part.surface.vertices[round_, :2]
     assert abs(square / half).max(axis=1) == pytest.approx(np.ones(round_.sum()))
     assert measures.volume(part.surface) == pytest.approx(2 * np.pi**2 / 4)
-    assert part.levels == pytest.approx(half[1] / 3 * np.array([-1, 1]))
+    assert levels_of(part) == pytest.approx(half[1] / 3 * np.array([-1, 1]))
 
 
 @pytest.mark.parametrize("is_top", [False, True])
@@ -396,7 +416,7 @@ def test_a_round_end_becomes_square(turn, is_top):
     flat = part.surface.vertices @ spin
     assert flat[:, 0].max() == pytest.approx(1 + np.pi / 4)
     assert measures.volume(part.surface) == pytest.approx(2 * (4 + np.pi / 2))
-    assert part.levels == pytest.approx([1 + np.pi / 8] if is_top else [-1 / 3, 1 / 3])
+    assert levels_of(part) == pytest.approx([1 + np.pi / 8] if is_top else [-1 / 3, 1 / 3])
     assert part.is_cap[region == 50].any()
     assert not part.is_cap[region == 50].all()
 
@@ -502,7 +522,7 @@ def test_the_back_of_a_rib_becomes_square(turn):
     part = set_upright(replace(surface, vertices=spun), UP)
     assert measures.volume(part.surface) == pytest.approx(12 * 7 * 2)
     assert len(part.split) == 1
-    assert np.diff(np.sort(part.levels)) == pytest.approx(np.full(10, 0.5))
+    assert np.diff(np.sort(levels_of(part))) == pytest.approx(np.full(10, 0.5))
 
 
 @pytest.mark.slow

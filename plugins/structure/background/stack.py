@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 NEAR = 1e-5  # of the diagonal: tolerance for equal points and heights
 STEPS = 500  # steps of a coordinate of unit normals that distinguish planes
 CLOSE = 0.2  # smallest ratio of the parts into which a level divides a slab
+# of the distance of a level from the others that divide the same face: a closer one replaces it
+REACH = 0.3
 OBLIQUE = 5e-3  # tangent: tolerance for curves on walls along the axis or across it
 PLANE = 0.01  # share of the area that a nearly plane face may lose in its mean direction
 MOST = 0.5  # largest share of the area that leans, if it leans less for another axis
@@ -126,14 +128,21 @@ def _stack(
     return Background(across[used], lines.reshape(-1, 2), marks, levels, lambda at: at @ rows)
 
 
-def _with_further(levels: np.ndarray, further: np.ndarray) -> np.ndarray:
-    """Ascending levels with those further ones that are not close to others, the farthest first."""
-    further = further[(further > levels[0]) & (further < levels[-1])]
-    while len(further):
-        off = abs(further[:, None] - levels).min(axis=1)
-        height, further = further[off.argmax()], np.delete(further, off.argmax())
+def _with_further(levels: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
+    """Ascending levels with those of groups that are not close to others, the farthest first.
+
+    groups : levels (N,) that divide each face, at similar distances
+    """
+    left = [
+        (height, REACH * min(abs(height - other) for other in (*levels, *group) if other != height))
+        for group in groups
+        for height in group[(group > levels[0]) & (group < levels[-1])]
+    ]
+    while left:
+        height, reach = max(left, key=lambda each: abs(each[0] - levels).min())
+        left.remove((height, reach))
         k = np.searchsorted(levels, height)
         gaps = height - levels[k - 1], levels[k] - height
-        if min(gaps) > CLOSE * max(gaps):
+        if min(gaps) > max(CLOSE * max(gaps), reach):
             levels = np.insert(levels, k, height)
     return levels

@@ -42,7 +42,7 @@ class Upright(NamedTuple):
     is_cap: np.ndarray  # (F,) whether a triangle is in a plane across the axis
     is_changed: np.ndarray  # (F,) whether it is in a face that leaned
     is_over: np.ndarray  # (F,) whether it is in a wall over one of its borders
-    levels: np.ndarray  # (N,) further heights, which divide fillets and the sides of holes
+    levels: list[np.ndarray]  # (N,) heights that divide each fillet and the sides of each hole
     # (N, 3) places in the section, and the lengths of edges there, for the other sides
     fine: np.ndarray
     # (N, 2) the faces in the wall and in the plane of each rounding at whose half turn two hexes
@@ -75,7 +75,7 @@ def upright(
     is_wall, is_cap, total = _walls_and_caps(surface, axis)
     is_changed = ~(is_wall | is_cap)[surface.region]
     leans = np.unique(surface.region[is_changed]).tolist()
-    region, levels, fine = surface.region.copy(), [np.zeros(0)], [np.zeros((0, 3))]
+    region, levels, fine = surface.region.copy(), [], [np.zeros((0, 3))]
     for hole in holes_across(surface, at, pairs, leans):
         pieces = np.column_stack([region[hole.faces], square(surface, at, hole)])
         kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
@@ -170,10 +170,10 @@ def upright(
         raise NoBackgroundError(f"a plane is not perpendicular to an axis near {where}")
     part = replace(surface, vertices=at @ rows, region=region)
     is_over = np.isin(region, leans) & ~on_cap
-    further = np.concatenate(levels), np.concatenate(fine)
     split_off = np.array(split, np.int64).reshape(-1, 2)
     places = (at + shift) @ rows
-    return Upright(part, axis, on_cap, is_changed, is_over, *further, split_off, places)
+    fine_at = np.concatenate(fine)
+    return Upright(part, axis, on_cap, is_changed, is_over, levels, fine_at, split_off, places)
 
 
 def leaning_share(surface: TriMesh, axis: np.ndarray) -> float:
