@@ -225,14 +225,18 @@ def test_a_concave_rounding_is_set_upright_as_a_whole():
 
 
 def test_levels_divide_the_profile_of_a_face_evenly():
-    """A rounding that is wider at corners, or has a narrow end, has the levels of an even one."""
+    """A rounding that is wider at corners, or has a narrow end, has the levels of an even one.
+
+    So has one whose places over the borders are off along these.
+    """
     angle = np.linspace(0, np.pi / 2, 61)
     foot = np.zeros((61, 2))
     width = np.append(np.random.default_rng(3).uniform(0.9, 1.3, 60), 0.1)
     width[:60] /= np.quantile(width, 0.75)
     run = (1 - np.cos(angle)) * width
-    for top in (width, np.ones(61)):
-        at = np.stack([run * top / width, run * 0], axis=1)
+    for top, off in ((width, 0), (np.ones(61), 0), (np.ones(61), 0.2)):
+        along = off * np.random.default_rng(4).uniform(-1, 1, 61)
+        at = np.stack([run * top / width, along], axis=1)
         levels, least = between(np.sin(angle), foot, np.stack([top, top * 0], axis=1), at, SIZES)
         assert levels == pytest.approx([np.sqrt(0.5)], abs=0.02) and 1 < least < 2
 

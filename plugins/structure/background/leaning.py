@@ -167,7 +167,8 @@ def between(
     profile = np.column_stack([heights, np.linalg.norm(at - foot, axis=1)])
     if profile[:, 1].max() < BULGE * width.max():
         wide = np.quantile(width, QUARTILE)
-        profile[:, 1] *= wide / np.maximum(width, 1e-300)
+        share = ((at - foot) * (top - foot)).sum(axis=1) / np.maximum(width**2, 1e-300)
+        profile[:, 1] = wide * share  # without what places are off along the borders
         profile = profile[width > NARROW * wide]
     profile = profile[profile[:, 0].argsort(kind="stable")]
     least, arc = sizes.chords(sagitta(profile)), lengths(profile)
