@@ -144,6 +144,7 @@ class Overlay(OnGrid, Structure):
 
         wanted = measures.genus(surface)
         turned = TriMesh(surface.vertices @ frame.T, surface.faces)
+        part = (np.arange(SAMPLES) + 0.5) / SAMPLES  # of a cell
         for shares, step in product((self.least, self.thin), self.steps):
             edge = cell / step
             if volume(surface) > self.max_hexes * edge**3:
@@ -154,7 +155,6 @@ class Overlay(OnGrid, Structure):
                 message = "overlay: the grid of cells of size %.4g around the part is too large"
                 logger.info(message, edge)
                 continue
-            part = (np.arange(SAMPLES) + 0.5) / SAMPLES
             samples = ((p[:-1, None] + np.diff(p)[:, None] * part).ravel() for p in (x, y, z))
             solid = inside(turned.vertices[turned.faces], *samples)
             shape = (len(x) - 1, SAMPLES, len(y) - 1, SAMPLES, len(z) - 1, SAMPLES)

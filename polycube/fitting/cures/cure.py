@@ -94,7 +94,7 @@ class _Cures:
         self._faces = {0}  # CAD faces that had or cannot have a sheet
         self._dense: list[Place] | None = None  # faces with many poor hexes; None: not known
         self._limit: float | None = DENSE  # `dense` of `run`
-        self._gain, self._rings, self._is_last = ABSOLUTE_GAIN, RINGS, False  # least gain; PASSES
+        self._gain, self._rings, self._is_last = ABSOLUTE_GAIN, RINGS, False  # see PASSES
         self._failed: dict[int, Counter[str]] = {}  # efforts of failed trials, which count again
 
     def raise_to(self, aim: float, passes: tuple[tuple[int, bool], ...]) -> None:
