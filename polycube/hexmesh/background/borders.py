@@ -12,7 +12,6 @@ SQUARE = np.radians((50, 130))  # angles of a corner of a cell with four sides
 STRAIGHT = np.radians((150, 210))  # angles without a corner
 DENSER = 4  # largest factor by which a number of edges grows to be equal to another
 COSTLY = 10.0  # growth of numbers, relative to each, that is not worth one unequal edge less
-UNEVEN = 1.5  # largest ratio of opposite sides of a grid
 WIDER = 3.0  # the same for the borders of an annulus
 CENTRAL = 0.05  # of its inner diameter: largest distance of their centres
 EQUAL = 1e-3  # relative difference of the lengths of equal round curves
@@ -49,7 +48,7 @@ def borders(
     """
     wanted = divided(chains, loops, full, sizes)
     number = np.array([number_of_edges(c, *w, sizes) for c, w in zip(chains, wanted, strict=True)])
-    sides = [_four_sides(chains, cell) or _annulus(chains, cell) for cell in loops]
+    sides = [four_sides(chains, cell, sizes.uneven) or _annulus(chains, cell) for cell in loops]
     number = balanced(number, equally_round(chains) + [p for each in sides for p in _pairs(each)])
     fine = [placed(c, *w, n) for c, w, n in zip(chains, wanted, number.tolist(), strict=True)]
     points, row = np.unique(np.concatenate(fine), axis=0, return_inverse=True)
@@ -134,12 +133,12 @@ def _between(
 
 def _is_smooth(chains: list[Curve], loop: Side) -> bool:
     """Whether a loop has no sharp corner."""
-    angle = _angles(chains, loop)
+    angle = angles(chains, loop)
     is_closed = len(loop) == 1 and chains[abs(loop[0]) - 1].is_round
     return is_closed or bool(((angle > STRAIGHT[0]) & (angle < STRAIGHT[1])).all())
 
 
-def _angles(chains: list[Curve], loop: Side) -> np.ndarray:
+def angles(chains: list[Curve], loop: Side) -> np.ndarray:
     """(N,) inner angle at the start of each curve of a loop."""
     polylines = [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop]
     out = np.array([line[1] - line[0] for line in polylines])
@@ -158,11 +157,14 @@ def _annulus(chains: list[Curve], cell: list[Side]) -> list[Side]:
     return cell if apart < CENTRAL * inner.arc[-1] / np.pi else []
 
 
-def _four_sides(chains: list[Curve], cell: list[Side]) -> list[Side]:
-    """The curves of each side of a cell with four corners and no hole; else empty."""
+def four_sides(chains: list[Curve], cell: list[Side], most: float) -> list[Side]:
+    """The curves of each side of a cell with four corners and no hole; else empty.
+
+    most : largest ratio of opposite sides
+    """
     if len(cell) > 1:
         return []
-    angle = _angles(chains, cell[0])
+    angle = angles(chains, cell[0])
     square = (angle > SQUARE[0]) & (angle < SQUARE[1])
     straight = (angle > STRAIGHT[0]) & (angle < STRAIGHT[1])
     if square.sum() != 4 or not (square | straight).all():
@@ -173,7 +175,8 @@ def _four_sides(chains: list[Curve], cell: list[Side]) -> list[Side]:
     sides = [turned[a:b] for a, b in pairwise(bounds)]
     length = [sum(float(chains[abs(n) - 1].arc[-1]) for n in side) for side in sides]
     ratios = [length[k] / length[k + 2] for k in (0, 1)]
-    return sides if all(1 / UNEVEN < ratio < UNEVEN for ratio in ratios) else []
+    uneven = max(max(ratio, 1 / ratio) for ratio in ratios)
+    return sides if uneven < most else []
 
 
 def _pairs(sides: list[Side]) -> list[Pair]:

@@ -80,6 +80,7 @@ class Sizes:
     around_hole: float | str  # smallest number of edges around a full turn
     # (N, 3) places in the section, and the largest length of edges there
     fine: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    uneven: float = 1.5  # largest ratio of opposite sides of a grid
 
     def around(self, radius: float) -> float:
         """Smallest number of edges round a circle."""

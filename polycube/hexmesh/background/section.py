@@ -1,17 +1,20 @@
 """Quads of a section, with edges along all its curves, without details that make them poor."""
 
 import logging
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from polycube.hexmesh.background.arrangement import arrangement, cross, simplified
 from polycube.hexmesh.background.background import Background, NoBackgroundError, distinct
-from polycube.hexmesh.background.borders import Cell, borders
+from polycube.hexmesh.background.borders import Cell, borders, four_sides
 from polycube.hexmesh.background.cells import cells
 from polycube.hexmesh.background.curves import Curve, Sizes, curves, curves_round
+from polycube.hexmesh.background.cuts import cuts
 from polycube.hexmesh.background.smoothing import sines, smoothed
 from polycube.hexmesh.generation.quads import Plane, quads
 from polycube.surface.measures import diagonal
@@ -31,6 +34,8 @@ DETAILS = 1e-5, 5e-4, 1e-3, 2e-3
 ENOUGH = 0.2  # smallest sine of an angle of the quads above which no more details are merged
 TINY = 0.02  # of the wanted size: side of a quad that is as poor as such a sine of 1
 BETTER = 0.08  # by how much it must be larger for each of these sizes, at most twice
+SECTOR = 2.2  # largest ratio of opposite sides of a grid between cuts, such as of a ring
+PRICE = 0.2  # of e times as many quads, as such a sine
 ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
 
@@ -156,12 +161,13 @@ def section_of(
     """The quads of the section of a part, its levels, and the full cells in each slab (C, K).
 
     If quads with details such as the run-out of a fillet at a tangent are poor, or if there are
-    none, the details are merged, at last after curves were simplified.
+    none, the details are merged, at last after curves were simplified. Cells are cut at re-entrant
+    corners if this makes the quads better.
 
     Raises NoBackgroundError if there are none without details, either; with the reason for all of
     them.
     """
-    found: list[tuple[float, Section, Background, np.ndarray]] = []
+    found: list[tuple[float, float, Background, Filled]] = []
     reasons: list[Exception] = []
     trials = [*((share, False) for share in DETAILS), *((share, True) for share in DETAILS[1:])]
     for share, is_simple in trials:
@@ -169,22 +175,55 @@ def section_of(
         levels = distinct(part.levels, near)
         levels[[0, -1]] = part.levels[[0, -1]]
         cut = replace(part, levels=levels)
+        if is_simple:
+            points, lines = simplified(
+                part.points, part.lines, near, DETAILS[-1] * diagonal(surface)
+            )
+            cut = replace(cut, points=points, lines=lines)
         try:
-            lines = cut.points, cut.lines
-            if is_simple:
-                lines = simplified(*lines, near, DETAILS[-1] * diagonal(surface))
-            points, edges = arrangement(*lines, near)
-            loops, full = cells(surface, cut, points, edges)
-            chains = curves(points, edges, cut.marks, max(near, ENDS * diagonal(surface)))
-            flat = section(chains, curves_round(chains, loops), full, sizes)
+            made = _filled(surface, cut, near, sizes)
         except NoBackgroundError as reason:
             reasons.append(reason)
             continue
+        flat = made.section
         side = np.linalg.norm(np.diff(flat.vertices[flat.quads], axis=1), axis=2).min()
         least = float(min(sines(flat.vertices, flat.quads).min(), side / (TINY * sizes.size)))
-        found.append((least - BETTER * min(len(found), 2), flat, cut, full))
+        found.append((least - BETTER * min(len(found), 2), near, cut, made))
         if least > ENOUGH:
             break
     if not found:
         raise reasons[0]
-    return max(found, key=lambda each: each[0])[1:]
+    _, near, cut, best = max(found, key=lambda each: each[0])
+    if best.may_improve:
+        with suppress(NoBackgroundError):
+            wider = replace(sizes, uneven=SECTOR)
+            other = _filled(surface, cut.with_lines(best.cuts), near, wider)
+            best = max(best, other, key=lambda each: _merit(each.section))
+    return best.section, cut, best.full
+
+
+class Filled(NamedTuple):
+    """Quads of all cells of a section."""
+
+    section: Section
+    full: np.ndarray  # (C, K) whether each cell is full in each slab
+    cuts: np.ndarray  # (N, 2, 2) lines across cells
+    may_improve: bool  # whether there are cuts, or sectors of rings that are no grids
+
+
+def _filled(surface: TriMesh, part: Background, near: float, sizes: Sizes) -> Filled:
+    """The quads of a section whose points are merged below a distance."""
+    points, edges = arrangement(part.points, part.lines, near)
+    loops, full = cells(surface, part, points, edges)
+    chains = curves(points, edges, part.marks, max(near, ENDS * diagonal(surface)))
+    around = curves_round(chains, loops)
+    across = cuts(chains, around, sizes.size)
+    grids = [[four_sides(chains, c, k) for c in around] for k in (sizes.uneven, SECTOR)]
+    flat = section(chains, around, full, sizes)
+    return Filled(flat, full, across, len(across) > 0 or grids[0] != grids[1])
+
+
+def _merit(flat: Section) -> float:
+    """Smallest and mean sine of the angles, less a price for the number of quads."""
+    sine = sines(flat.vertices, flat.quads)
+    return float(min(sine.min(), SUFFICIENT) + sine.mean() - PRICE * np.log(len(sine)))
