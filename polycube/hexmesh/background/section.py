@@ -35,7 +35,7 @@ ENOUGH = 0.2  # smallest sine of an angle of the quads above which no more detai
 TINY = 0.02  # of the wanted size: side of a quad that is as poor as such a sine of 1
 BETTER = 0.08  # by how much it must be larger for each of these sizes, at most twice
 SECTOR = 2.2  # largest ratio of opposite sides of a grid between cuts, such as of a ring
-PRICE = 0.2  # of e times as many quads, as such a sine
+PRICE = 0.2  # of e times as many quads, as a gain of such a sine
 ENDS = 1e-4  # of the diagonal: smallest tolerance for the ends of curves
 
 
@@ -198,7 +198,8 @@ def section_of(
         with suppress(NoBackgroundError):
             wider = replace(sizes, uneven=SECTOR)
             other = _filled(surface, cut.with_lines(best.cuts), near, wider)
-            best = max(best, other, key=lambda each: _merit(each.section))
+            if _is_better(other.section, best.section):
+                best = other
     return best.section, cut, best.full
 
 
@@ -223,7 +224,8 @@ def _filled(surface: TriMesh, part: Background, near: float, sizes: Sizes) -> Fi
     return Filled(flat, full, across, len(across) > 0 or grids[0] != grids[1])
 
 
-def _merit(flat: Section) -> float:
-    """Smallest and mean sine of the angles, less a price for the number of quads."""
-    sine = sines(flat.vertices, flat.quads)
-    return float(min(sine.min(), SUFFICIENT) + sine.mean() - PRICE * np.log(len(sine)))
+def _is_better(new: Section, old: Section) -> bool:
+    """Whether the smallest and the mean sine of the angles grow by more than the price of quads."""
+    sine, before = (sines(each.vertices, each.quads) for each in (new, old))
+    gain = min(sine.min(), SUFFICIENT) - min(before.min(), SUFFICIENT) + sine.mean() - before.mean()
+    return bool(gain > PRICE * max(np.log(len(sine) / len(before)), 0.0))
