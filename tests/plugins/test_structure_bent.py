@@ -16,6 +16,7 @@ from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
 from polycube.plugins.structure.background.path import path
+from polycube.plugins.structure.background.straightened import straightened
 from polycube.surface import measures
 from polycube.types import Candidate, TriMesh
 from tests.conftest import first_quick
@@ -23,6 +24,7 @@ from tests.fixtures import columns
 from tests.fixtures.bent import SQUARE, bent
 from tests.fixtures.cad_parts import write
 from tests.fixtures.surfaces import box
+from tests.fixtures.turned import revolved
 
 TURN = Rotation.random(random_state=3).as_matrix()
 RADII, ANGLES = st.floats(2, 9), st.floats(10, 200)
@@ -114,6 +116,33 @@ def test_a_bent_cad_part_is_on_its_curves(name, holes, most, tmp_path):
     assert max(feature.distance for feature in inspect(mesh, surface).features) < 3e-3
     assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.8
     assert len(mesh.hexes) < most
+
+
+def test_an_elbow_with_flanges_is_straightened_and_bent_back(tmp_path):
+    """The volume of a bend is that of the straight pipe (Pappus)."""
+    surface, _ = read_surface(write("flanged_elbow", tmp_path))
+    surface = placed(surface)
+    part = straightened(surface)
+    [bend] = part.motions
+    assert (bend.angle, bend.length) == pytest.approx((np.pi / 2, 30 * np.pi), rel=1e-3)
+    assert np.ptp(part.surface.vertices @ part.axis) == pytest.approx(14 + bend.length)
+    assert part.bend(part.surface.vertices) == pytest.approx(surface.vertices, abs=1e-6)
+    [candidate] = propose(surface, curvature="0.2%")
+    mesh = candidate.blocks
+    check_conforming(mesh)
+    assert genus(mesh) == 5
+    exact = np.pi * (175 * 30 * np.pi + (1024 - 225 - 36) * 8) + (4900 - 225 * np.pi) * 6
+    assert volume(mesh) == pytest.approx(exact, rel=0.01)
+    assert scaled_jacobian(mesh.vertices, mesh.hexes).min() > 0.4
+    assert max(feature.distance for feature in inspect(mesh, surface).features) < 3e-3
+
+
+def test_parts_without_round_bends_are_not_straightened():
+    assert straightened(box((0, 0, 0), (1, 1, 1))) is None
+    assert (
+        straightened(bent(SQUARE, [(4, 3, 90)])) is None
+    )  # its faces may move along the axis, too
+    assert straightened(revolved((2, 0), (3, 0), (3, 1), (2, 2))) is None
 
 
 def test_a_bar_that_is_twisted_about_its_own_axis_is_refused():

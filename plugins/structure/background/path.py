@@ -82,7 +82,7 @@ def _traced(
         chord = np.linalg.norm(np.diff(lines, axis=1)[:, 0], axis=1).max()
         wall = np.isin(surface.region, list(group))
         used = np.unique(surface.faces[wall])
-        for motion in _motions(surface, ends[here], normal, ends[after], wall):
+        for motion in between(surface, ends[here], normal, ends[after], wall):
             share = motion.share(x[used])
             flat = motion.move(x[used], -share)
             for before in reversed(motions):
@@ -107,7 +107,7 @@ def _traced(
     return _path(lines, np.concatenate(marks), motions, origin, rows)
 
 
-def _motions(
+def between(
     surface: TriMesh, here: np.ndarray, normal: np.ndarray, after: np.ndarray, wall: np.ndarray
 ) -> Iterator[Motion]:
     """The motions that may carry a curve in a plane to another one; edges (N, 2) and (M, 2).

@@ -30,7 +30,7 @@ AXES = 6  # number of directions tried, those of the largest planes
 
 
 def stack(
-    surface: TriMesh, sizes: Sizes, axis: np.ndarray | None = None
+    surface: TriMesh, sizes: Sizes, axis: np.ndarray | None = None, may_slope: bool = True
 ) -> tuple[Background, Upright | None]:
     """The stack of slabs with the smallest changes and the fewest levels; its surface if changed.
 
@@ -44,10 +44,10 @@ def stack(
     set so; with the reason for the first axis.
 
     axis : (3,) the axis, if it is given
+    may_slope : as in `upright`; the sides of an unfolded sheet do not
     """
     near = NEAR * diagonal(surface)
     known = triangles(surface, near)
-    is_free = axis is None  # else it is an unfolded sheet, whose sides do not slope
     pairs, axes = twins(surface.faces), list(_axes(known)) if axis is None else [axis]
     has_round_face = len(surface.region) and curved_faces(surface, PLANE).any()
     reasons = []
@@ -57,7 +57,7 @@ def stack(
             axes = [axis for axis in axes if leaning_share(surface, axis) < MOST] or axes[:1]
         for axis in axes:
             try:
-                part = upright(surface, pairs, axis, near, sizes, is_free) if may_lean else None
+                part = upright(surface, pairs, axis, near, sizes, may_slope) if may_lean else None
                 found.append((_stack(surface, known, pairs, axis, part), part))
             except NoBackgroundError as reason:
                 reasons.append(reason)

@@ -15,6 +15,8 @@ from .options import ColumnStructure
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
+    from .straightened import Straightened
+
 UPWARD = np.array([0.0, 0.0, 1.0])
 TURN = np.pi / 8  # largest angle of a hex in a bend
 CORE = 0.55  # radius of the core, relative to the smallest radius of the profile
@@ -39,11 +41,18 @@ class Sweep(ColumnStructure):
         """The hexes of a stack of slabs."""
         return self.swept(surface, sizes)
 
-    def swept(self, surface: TriMesh, sizes: Sizes, lines: np.ndarray | None = None) -> HexMesh:
+    def swept(
+        self,
+        surface: TriMesh,
+        sizes: Sizes,
+        lines: np.ndarray | None = None,
+        bends: Straightened | None = None,
+    ) -> HexMesh:
         """The hexes of a stack of slabs.
 
-        lines : (N, 2, 2) further lines of the section in the plane z = 0, across the axis z; None
-            if the axis is not given
+        lines : (N, 2, 2) further lines of the section of an unfolded sheet in the plane z = 0,
+            across the axis z
+        bends : of a straightened part, which is swept along its axis
         """
         from polycube.hexmesh.background.columns import columns, layers
         from polycube.hexmesh.background.section import section_of
@@ -52,29 +61,47 @@ class Sweep(ColumnStructure):
         from .moved_back import moved_back
         from .stack import stack
 
-        part, straight = stack(surface, sizes, None if lines is None else UPWARD)
+        axis = bends.axis if bends else None if lines is None else UPWARD
+        part, straight = stack(surface, sizes, axis, lines is None)
         if lines is not None:
             part = part.with_lines(lines @ frame(UPWARD)[:2, :2].T)
         if straight is not None:
             sizes = replace(sizes, fine=straight.fine)
         flat, part, full = section_of(straight.surface if straight else surface, part, sizes)
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
+        if bends:
+            number = bends.layers(part.levels, number, sizes)
         mesh = columns(flat, part, full, number)
         return mesh if straight is None else moved_back(mesh, straight, surface)
 
 
 @register("structure", "bent")
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bent(ColumnStructure):
+class Bent(Sweep):
     """Mesh an end of a bent bar or tube with quads, and move them along its path.
 
     For elbows, bent tubes, rods, channels, strips and springs: parts with a constant section along
-    straight lines, arcs and helices.
+    straight lines, arcs and helices. Others, such as flanged elbows, are straightened at their
+    round bends, swept, and bent back.
     """
 
     proposal: ClassVar[str] = "bent"
 
     def hexes(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
+        """The hexes of a section along its path, or of the straight part."""
+        from polycube.hexmesh.background.background import NoBackgroundError
+
+        from .straightened import straightened
+
+        try:
+            return self._along(surface, sizes)
+        except NoBackgroundError:
+            if (part := straightened(surface)) is None:
+                raise
+        mesh = self.swept(part.surface, sizes, bends=part)
+        return replace(mesh, vertices=part.bend(mesh.vertices))
+
+    def _along(self, surface: TriMesh, sizes: Sizes) -> HexMesh:
         """The hexes of a section along its path."""
         from polycube.hexmesh.background.columns import columns, layers
         from polycube.hexmesh.background.curves import whole

@@ -8,6 +8,8 @@ from polycube.surface.measures import area_vectors, half_edges, twins
 from polycube.types import TriMesh
 
 PARALLEL = 1e-4  # sine: tolerance for parallel planes
+SHIFT = 1e-3  # of the extent: advance for each radian of a rotation
+UNIQUE = 0.02  # ratio of the mean squares of normal velocities of a rotation and of others
 NEWTON = 4  # steps to the plane of a point
 
 
@@ -81,6 +83,34 @@ def screw(surface: TriMesh, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray, f
 
     wall : (F,) whether a triangle is on the surface
     """
+    spin, foot, along, _ = _tangential(surface, wall)
+    square = spin @ spin
+    if min(square, abs(along)) < PARALLEL**2:
+        return None
+    return spin / np.sqrt(square), foot, along / square
+
+
+def rotation(surface: TriMesh, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Axis of the rotation that moves a surface along itself, and its point next to the surface.
+
+    None if there is no such rotation, or if other motions do so, too, as on planes and cylinders.
+
+    wall : (F,) whether a triangle is on the surface
+    """
+    spin, foot, along, (least, next_) = _tangential(surface, wall)
+    size = np.linalg.norm(spin)
+    is_rotation = abs(along) < SHIFT * np.ptp(surface.vertices[surface.faces[wall]]) * size**2
+    return (spin / size, foot) if is_rotation and least < UNIQUE * next_ else None
+
+
+def _tangential(
+    surface: TriMesh, wall: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    """The most tangential motion of a surface, as in `screw`.
+
+    Returns its angular velocity (3,), a point (3,) of its axis, the product of both velocities, and
+    the mean square of the normal velocity (2,) of this motion and of the next one.
+    """
     faces, region, each = surface.faces[wall], surface.region[wall], area_vectors(surface)[wall]
     one, two = twins(faces)
     inside = region[one // 3] == region[two // 3]
@@ -88,9 +118,7 @@ def screw(surface: TriMesh, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray, f
     normal = each[one[inside] // 3] + each[two[inside] // 3]
     middle, extent = at.mean(axis=0), np.ptp(at)
     rows = np.concatenate([np.cross((at - middle) / extent, normal), normal], axis=1)
-    spin, shift = np.linalg.eigh(rows.T @ rows)[1][:, 0].reshape(2, 3)
-    square, along = spin @ spin, spin @ shift
-    if min(square, abs(along)) < PARALLEL**2:
-        return None
-    foot = middle + extent * np.cross(spin, shift) / square
-    return spin / np.sqrt(square), foot, float(extent * along / square)
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    spin, shift = vectors[:, 0].reshape(2, 3)
+    foot = middle + extent * np.cross(spin, shift) / max(spin @ spin, PARALLEL**4)
+    return spin, foot, float(extent * (spin @ shift)), values[:2]
