@@ -15,8 +15,8 @@ from polycube.hexmesh.inspection import inspect
 from polycube.hexmesh.quality import volume
 from polycube.hexmesh.scaled_jacobian import scaled_jacobian
 from polycube.io.surfaces import read_surface
-from polycube.plugins.structure.background.path import path
-from polycube.plugins.structure.background.straightened import straightened
+from polycube.plugins.structure.background.bends.path import path
+from polycube.plugins.structure.background.bends.straightened import straightened
 from polycube.surface import measures
 from polycube.types import Candidate, TriMesh
 from tests.conftest import first_quick

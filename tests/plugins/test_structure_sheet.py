@@ -13,7 +13,7 @@ from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.connectivity import genus
 from polycube.hexmesh.inspection import inspect
 from polycube.io.surfaces import read_surface
-from polycube.plugins.structure.background.unfolded import unfolded
+from polycube.plugins.structure.background.bends.unfolded import unfolded
 from polycube.surface import measures
 from polycube.types import Candidate, TriMesh
 from tests.conftest import first_quick

@@ -15,7 +15,7 @@ from .options import ColumnStructure
 if TYPE_CHECKING:
     from polycube.hexmesh.background.curves import Sizes
 
-    from .straightened import Straightened
+    from .bends.straightened import Straightened
 
 UPWARD = np.array([0.0, 0.0, 1.0])
 TURN = np.pi / 8  # largest angle of a hex in a bend
@@ -91,7 +91,7 @@ class Bent(Sweep):
         """The hexes of a section along its path, or of the straight part."""
         from polycube.hexmesh.background.background import NoBackgroundError
 
-        from .straightened import straightened
+        from .bends.straightened import straightened
 
         try:
             return self._along(surface, sizes)
@@ -107,7 +107,7 @@ class Bent(Sweep):
         from polycube.hexmesh.background.curves import whole
         from polycube.hexmesh.background.section import section_of
 
-        from .path import path
+        from .bends.path import path
 
         found = path(surface)
         part = found.background
@@ -137,8 +137,8 @@ class Sheet(Sweep):
         from polycube.hexmesh.quality import volume
         from polycube.surface import measures
 
+        from .bends.unfolded import unfolded
         from .moved_back import FILLED
-        from .unfolded import unfolded
 
         def number(radius: float, angle: float) -> float:
             return max(sizes.around(radius) / (2 * np.pi), 1 / TURN) * angle

@@ -11,8 +11,8 @@ from polycube.hexmesh.background.motion import PARALLEL, Motion, screw, turn
 from polycube.surface import measures
 from polycube.types import TriMesh
 
-from .stack import NEAR
-from .walls import SAG
+from ..stack import NEAR
+from ..walls import SAG
 
 PLANE = 1e-6  # share of the area that an end may lose in its mean direction
 PAST = 1e-4  # of a motion: distance of its wall beyond its ends

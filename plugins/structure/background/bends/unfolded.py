@@ -12,8 +12,8 @@ from polycube.hexmesh.background.sheet_piece import Piece, next_piece
 from polycube.surface import closest, measures
 from polycube.types import TriMesh
 
+from ..stack import NEAR
 from .path import PLANE
-from .stack import NEAR
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,0 +1,1 @@
+"""Parts with bends: their path, and sheets and tubes unfolded and straightened."""
