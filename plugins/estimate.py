@@ -86,8 +86,7 @@ def propose(move: Propose, history: History) -> Expected:
     exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
     if not all(history.of_structure(number) for number in exact):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
-    left = _left(history, hexes)
-    return Expected(success * left, PROPOSE[move.tier] + FEW + EACH * hexes)
+    return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
 
 
 def mesh_structure(move: MeshStructure, history: History) -> Expected:

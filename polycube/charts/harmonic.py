@@ -92,8 +92,7 @@ def chart_map(
         for axis, knots in enumerate(polycube.knots)
     ]
     outer = np.isin(np.arange(len(hexes.vertices)), hexes.quads)
-    weights = lattice_weights(np.stack(scaled, axis=1), hexes.hexes)
-    positions = extend(weights, positions, outer)
+    positions = extend(lattice_weights(np.stack(scaled, axis=1), hexes.hexes), positions, outer)
     return map_through(polycube, rough_map, parts, positions)
 
 

@@ -92,8 +92,7 @@ def register_mesh(
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
         x = problem.relax(x, problem.lengths(x, *RESHAPED), Terms(), springs, iterations)
-        bad = problem.touching(problem.scaled_jacobian(x) < RELEASED)
-        trust = adjusted(trust, bad)
+        trust = adjusted(trust, problem.touching(problem.scaled_jacobian(x) < RELEASED))
     worst = problem.scaled_jacobian(x).min()
     logger.info("register: %d hexes, smallest scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))

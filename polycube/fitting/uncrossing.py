@@ -167,8 +167,7 @@ def _untangled_near(mesh: HexMesh, moves: np.ndarray, rings: int, target: Target
         moves[mesh.hexes[moves[mesh.hexes].any(axis=1)]] = True
     elements = np.flatnonzero(moves[mesh.hexes].any(axis=1))
     piece, used = part(mesh, elements, np.stack(quad_sides(mesh), axis=1))
-    problem = FitProblem(piece, target, samples=1)
-    x = untangled(problem, target.to_unit(piece.vertices), moves[used])
+    x = untangled(FitProblem(piece, target, samples=1), target.to_unit(piece.vertices), moves[used])
     vertices = mesh.vertices.copy()
     vertices[used[moves[used]]] = target.to_model(x)[moves[used]]
     return replace(mesh, vertices=vertices)

@@ -132,8 +132,7 @@ def unique_cad_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     charts = np.repeat(face, len(NINTHS)), None
     feet = (goal.closest(points, facing, ALPHA, cad_face=chart)[0] for chart in charts)
     off = [np.linalg.norm(points - foot, axis=1) for foot in feet]
-    is_near = (off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1)
-    return np.where(is_near, face, 0)
+    return np.where((off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1), face, 0)
 
 
 def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,8 +140,7 @@ def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     u, v = NINTHS.T
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
     points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return points, unit(normals)
+    return points, unit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
 
 
 def _with_short_borders(

@@ -143,8 +143,7 @@ class Inspection:
         surface, widths = self.surface, {}
         if not len(surface.region):
             return {}
-        lost = np.setdiff1d(surface.region, quad_regions(self.mesh, surface)[0])
-        for number in lost.tolist():
+        for number in np.setdiff1d(surface.region, quad_regions(self.mesh, surface)[0]).tolist():
             own = surface.region == number
             ends = surface.vertices[measures.open_edges(surface.faces[own])]
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()

@@ -161,8 +161,7 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     np.savez_compressed(folder / "spline.npz", **arrays, **matrix)
     if state.solution is not None:
         is_curved = settings.files.has_curved_cells(n_elements)
-        precision = settings.files.precision
-        bezier.write_solution(folder, spline, state.solution, is_curved, precision)
+        bezier.write_solution(folder, spline, state.solution, is_curved, settings.files.precision)
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:

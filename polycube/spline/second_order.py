@@ -191,11 +191,10 @@ def _log(found: HexElements, spline: Spline | None) -> None:
     where = "with straight edges, because there is no spline" if spline is None else "on the spline"
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)
     if found.straightened:
-        number = f"{found.straightened} of {n_hexes} hexes of {nodes} nodes"
         logger.warning(
             "warning: %s have straight edges, because det J > 0 is not certain with curved ones, "
             "or they contain spline elements of several levels",
-            number,
+            f"{found.straightened} of {n_hexes} hexes of {nodes} nodes",
         )
     if found.inverted:
         logger.warning("warning: %d hexes of %d nodes may be inverted", found.inverted, nodes)

@@ -64,8 +64,7 @@ def lattice(
     i, j, k = (int(n) for n in grid)
     voxels = cells.reshape(i, j, k, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
     x, y, z = (np.arange(3 * n + 1) / 3 for n in (i, j, k))
-    occupancy = voxels.reshape(3 * i, 3 * j, 3 * k)
-    return Polycube(occupancy, x, y, z, (i, j, k), tuple(context))
+    return Polycube(voxels.reshape(3 * i, 3 * j, 3 * k), x, y, z, (i, j, k), tuple(context))
 
 
 def of_bricks(full: np.ndarray, brick: str) -> Polycube:
@@ -115,8 +114,7 @@ def boundary(polycube: Polycube) -> Boundary:
 def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
     boxes, padded = np.argwhere(occupancy), np.pad(occupancy, 1)
-    is_free = [~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD]
-    axis, box = np.nonzero(is_free)
+    axis, box = np.nonzero([~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD])
     return axis, boxes[box]
 
 

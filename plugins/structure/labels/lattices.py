@@ -56,8 +56,7 @@ class OnBricks(NamedTuple):
         """The candidate of the bricks, each a primitive with the given name."""
         polycube = of_bricks(self.full, brick)
         placed = TriMesh(self.placed, self.surface.faces)
-        points = self.surface.vertices @ view.place
-        rough_map = fitted(self.knots, placed, points, smoothness)
+        rough_map = fitted(self.knots, placed, self.surface.vertices @ view.place, smoothness)
         key = structure_key(polycube, np.eye(3), view.number)
         return Candidate(proposal, polycube, rough_map, cost, key)
 

@@ -177,8 +177,7 @@ def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Arc (E,) of each border edge: edges connected at points with exactly two of them."""
     point, edge = ends.ravel(), np.repeat(np.arange(len(ends)), 2)
     inner = count[point] == 2
-    link = len(ends) + point[inner]
-    return connected(edge[inner], link, len(ends) + len(count))[: len(ends)]
+    return connected(edge[inner], len(ends) + point[inner], len(ends) + len(count))[: len(ends)]
 
 
 def _fans(

@@ -57,8 +57,7 @@ class CadShapes:
             is_round = style.setdefault((each.kind, *size), bool(rng.random() < self.rounds))
             chosen += [each] if is_round and each.kind in (*DISCS, "slot") else []
         if rng.random() < self.turned:
-            whole = Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3)))
-            chosen.append(whole)
+            chosen.append(Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3))))
         return chosen
 
     def shaped(

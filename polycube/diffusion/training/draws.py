@@ -43,8 +43,7 @@ def uniform(seed: int, numbers: Tensor, count: int) -> Tensor:
     """(B, count) single precision numbers, uniform in [0, 1)."""
     stream = _mixed(_mixed(numbers + GOLDEN) + torch.full_like(numbers, seed) * GOLDEN)
     position = torch.arange(1, count + 1, device=numbers.device)
-    bits = _shifted(_mixed(stream[:, None] + position * GOLDEN), 64 - BITS)
-    return bits.float() / 2**BITS
+    return _shifted(_mixed(stream[:, None] + position * GOLDEN), 64 - BITS).float() / 2**BITS
 
 
 def _mixed(x: Tensor) -> Tensor:

@@ -126,8 +126,7 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     least = energy.least_determinant(x, problem.hexes, lengths)
     terms = SLIDING._replace(beta=beta, offset=UNFOLD_OFFSET, floor=energy.bound(least))
-    whole = halved_energy(x, problem.hexes, lengths, terms)
-    return slid(problem, x, at, region, whole, [], 25)
+    return slid(problem, x, at, region, halved_energy(x, problem.hexes, lengths, terms), [], 25)
 
 
 def fit_in_envelope(

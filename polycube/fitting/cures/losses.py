@@ -45,8 +45,7 @@ def samples_of(target: Target) -> Samples:
     count = [len(part) for part in each]
     kind = np.repeat([POINT, CURVE, FACE], [len(corners), len(curves), len(faces)])
     feature = np.repeat(np.arange(len(each)), count)
-    sizes = np.concatenate(feature_sizes(target))
-    factor = Goal.features / Goal().limit(sizes)
+    factor = Goal.features / Goal().limit(np.concatenate(feature_sizes(target)))
     points = np.concatenate([np.zeros((0, 3)), *each])
     return Samples(points, kind[feature], feature, factor[feature])
 

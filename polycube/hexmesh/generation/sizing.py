@@ -134,8 +134,7 @@ def _graded_axis(
     start = np.repeat(ends[:-1], PIECES) + step * np.tile(np.arange(PIECES), len(number))
     wanted = np.repeat(_wanted(polycube, rough_map, boxes, axis), PIECES // ALONG)
     wanted = np.minimum(wanted, np.repeat(np.diff(ends) / number, PIECES))
-    apart = np.abs(start[:, None] - start)
-    wanted = (wanted + (GROWTH - 1) / GROWTH * apart).min(axis=1)
+    wanted = (wanted + (GROWTH - 1) / GROWTH * np.abs(start[:, None] - start)).min(axis=1)
     lines = [ends[:1]]
     for i in range(len(number)):
         here = slice(i * PIECES, (i + 1) * PIECES)
