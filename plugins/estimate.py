@@ -97,9 +97,8 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     thousands = _thousands(history, move.structure)
     work = FEW + EACH * thousands
     if not (move.variant and meshed):
-        left = _left(history, thousands)
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
-        return Expected(success * left, work)
+        return Expected(success * _left(history, thousands), work)
     if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
         return Expected(0.0, work)  # inverted hexes or crossings
     best = min(meshed, key=lambda each: each.shortfall)

@@ -187,9 +187,8 @@ class Denoiser(nn.Module):
         if self.classes and label_time < 1:
             t = round(label_time * self.process.steps)
             z = torch.randn(x_0.shape, generator=draw).to(x_0)
-            q = self.process.adjustment(geometry[:, :3])
             step = torch.full((len(x_0),), t, device=self.device)
-            x_t = self.process.forward(x_0, z, q, step)
+            x_t = self.process.forward(x_0, z, self.process.adjustment(geometry[:, :3]), step)
             labels = self.log_labels(self(x_t, geometry, step, context))
         elif self.classes:
             labels = self.log_labels(start)

@@ -128,7 +128,6 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
     old = mesh.vertices.copy()
     old[moved] += depth * (inwards[moved] - old[moved])
     hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
-    cell = np.append(mesh.cell, mesh.cell[owner[covered]])
     sides, uncovered = _rim(quads, covered)
     table = np.vstack([twin[below], quads[~covered], np.hstack([sides, twin[sides]])])
     number = np.concatenate([patch[covered], patch[~covered], patch[uncovered]])
@@ -139,7 +138,7 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
         hexes,
         outside,
         label_of(outside, table, number),
-        cell,
+        np.append(mesh.cell, mesh.cell[owner[covered]]),
     )
 
 

@@ -41,13 +41,12 @@ def worst(measure: str, values: np.ndarray, number: int = 5) -> np.ndarray:
 def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
     corners = vertices[hexes]
     edges = corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]]
-    length = np.linalg.norm(edges, axis=2)
     axes = edges.reshape(-1, 3, 4, 3).sum(axis=2)
     frames = corners[:, CORNERS[:, 1:]] - corners[:, CORNERS[:, :1]]  # (H, 8, 3, 3)
     det = np.linalg.det(frames)
     square = np.einsum("hfij,hfij->hf", frames, frames)
     return {
-        "edge_ratio": _ratio(length),
+        "edge_ratio": _ratio(np.linalg.norm(edges, axis=2)),
         "max_edge_ratio": _ratio(np.linalg.norm(axes, axis=2)),
         "skew": _skew(axes),
         "condition": _condition(frames, det, square),

@@ -126,9 +126,8 @@ def write_results(
 
 def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube | None) -> Path:
     """Write the hex mesh with measures, sets, primitives and distances from the surface."""
-    context = polycube.context if polycube else ()
     off = {"off_surface": quality.off_surface(hexes, surface)}
-    return vtk.write_hex_vtu(path, hexes, context, off)
+    return vtk.write_hex_vtu(path, hexes, polycube.context if polycube else (), off)
 
 
 def _write_state(folder: Path, state: RunState, settings: Settings) -> None:

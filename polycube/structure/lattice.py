@@ -176,7 +176,6 @@ def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
             raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")
     inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
-    outside = inside + OUTWARD[surface.axis]
     filled = np.array([name is not None for name in polycube.context]).reshape(grid)
-    into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
+    into = np.pad(filled, 1)[tuple(((inside + OUTWARD[surface.axis]) // size + 1).T)]
     return np.stack([np.ravel_multi_index((inside // size).T, grid), into])

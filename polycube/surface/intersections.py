@@ -22,8 +22,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
 
     The work grows as F log F; raises InputError if the boxes of too many faces overlap.
     """
-    corners = surface.vertices[surface.faces]
-    corners = (corners - surface.vertices.mean(axis=0)) / diagonal(surface)
+    corners = (surface.vertices[surface.faces] - surface.vertices.mean(axis=0)) / diagonal(surface)
     if _comparisons(corners) > max(MOST, OF_FACE * len(corners)):
         why = f"too many of the {len(surface.faces)} faces lie close to many others"
         raise InputError(f"intersecting faces were not searched for: {why}")

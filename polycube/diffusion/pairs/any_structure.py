@@ -55,9 +55,8 @@ def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None)
     vertices = np.stack([n[i] for n, i in zip(nodes, index, strict=True)], axis=1)
     quads = (np.cumsum(is_used) - 1)[number]
     plane = box[np.arange(len(axis)), axis // 2] + 1 - axis % 2
-    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     labels = axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
-    return Tessellation(vertices, quads, faces, *labels)
+    return Tessellation(vertices, quads, quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), *labels)
 
 
 def cut(knots: np.ndarray, pieces: int) -> np.ndarray:

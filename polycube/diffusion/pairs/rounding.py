@@ -173,9 +173,8 @@ def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
     The axis with the largest roundings is last, so that a chamfered hole or boss becomes round.
     """
     edges, radius, _ = fillets
-    much = [radius[edges.axis == axis].sum() for axis in range(3)]
     x = vertices.copy()
-    for axis in np.argsort(much, kind="stable"):
+    for axis in np.argsort([radius[edges.axis == axis].sum() for axis in range(3)], kind="stable"):
         used = (edges.axis == axis) & (radius > 0)
         if used.any():
             _move_along(int(axis), x, fillets, used)

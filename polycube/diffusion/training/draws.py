@@ -32,11 +32,10 @@ def draws(seed: int, numbers: Tensor, steps: int, endpoint: float, image: tuple[
     """
     size = 3 * image[0] * image[1]
     u = uniform(seed, numbers, 4 + 2 * size)
-    t = 1 + (u[:, 0] * steps).long()
     turn = torch.where(u[:, 2] < 0.5, IDENTITY, (u[:, 3] * 24).long())
     radius = (-2 * (1 - u[:, 4 : 4 + size]).log()).sqrt()  # Box and Muller, 1958
     z = radius * (2 * torch.pi * u[:, 4 + size :]).cos()
-    return Draws(t, u[:, 1] < endpoint, turn, z.reshape(-1, 3, *image))
+    return Draws(1 + (u[:, 0] * steps).long(), u[:, 1] < endpoint, turn, z.reshape(-1, 3, *image))
 
 
 def uniform(seed: int, numbers: Tensor, count: int) -> Tensor:

@@ -66,10 +66,9 @@ def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds
         elif margin > -SHORT / 5:
             pull *= GROW
         last = state.jacobian
-        away = goals_of(problem, state.x, matching, every)
         weight = pull * (state.trust < 1) / problem.size(state.x) ** 2
         at = goals_of(problem, state.x, matching, state.trust)
-        springs = together([cover, *away.springs(weight)])
+        springs = together([cover, *goals_of(problem, state.x, matching, every).springs(weight)])
         x = raise_worst(problem, state.x, lengths, at, springs, BETA)
     logger.info("polish: creases within %.2f %%, %.2f %% before", 100 * off, 100 * before)
     return best

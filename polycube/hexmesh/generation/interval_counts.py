@@ -197,9 +197,8 @@ class Lattice:
     def _through(self, passage: np.ndarray, wanted: float) -> Demand:
         axis, (low, high) = int(passage[0]), passage[1:]
         slabs = self.knots[axis][:-1]
-        inside = np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))
         times = np.zeros(len(self.parts))
-        times[self.first[axis] + inside] = 1
+        times[self.first[axis] + np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))] = 1
         return Demand(times, self.length, wanted)
 
     def demand(self, ends: np.ndarray, wanted: float) -> Demand:

@@ -158,11 +158,10 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
         (k[:-1, None] + np.diff(k)[:, None] * (np.arange(n) + 0.5) / n).ravel()
         for k, n in zip(polycube.knots, steps, strict=True)
     ]
-    grid = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1)
     solid = polycube.occupancy
     for a in range(3):
         solid = np.repeat(solid, steps[a], axis=a)
-    points = grid[solid]
+    points = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1)[solid]
     ahead = points.copy()
     nudge = 1e-3 * np.diff(polycube.knots[axis]).min()
     ahead[:, axis] += nudge
@@ -174,9 +173,8 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
     for box in boxes:
         inside = box.holds(places)
         wanted[inside] = np.minimum(wanted[inside], box.size / stretch[inside])
-    slab = np.searchsorted(knots[axis], points[:, axis])
     least = np.full(len(knots[axis]), np.inf)
-    np.minimum.at(least, slab, wanted)
+    np.minimum.at(least, np.searchsorted(knots[axis], points[:, axis]), wanted)
     return least
 
 

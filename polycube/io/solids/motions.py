@@ -130,9 +130,8 @@ def _fitted(
     off, partner = places.query(moved, p=np.inf)
     if max(off.max(), cKDTree(moved).query(places.data, p=np.inf)[0].max()) > SAME:
         return None
-    is_face = first.keys[:, 0] == FACE
     number = np.cumsum(second.keys[:, 0] == FACE) - 1
-    faces = number[partner[is_face]]
+    faces = number[partner[first.keys[:, 0] == FACE]]
     if len(np.unique(faces)) < len(faces):
         return None
     return Motion(rotation, second.centre - rotation @ first.centre, faces)

@@ -155,10 +155,9 @@ class OptimalSpace(ContinuousSpace):
         extrapolated = (self._splined & ~self._near)[hexes, node]  # 2 near - far, else near
         weights = _products(1.0 + extrapolated, -1.0 * extrapolated)
         at = _sums(np.stack([PLACE[node], 3 - PLACE[node]], axis=-1))
-        indptr = np.arange(len(wanted) + 1) * 8
         columns = self.nodes[hexes[:, None], at].ravel()
         shape = len(wanted), self.nodes.max() + 1
-        inverse = csr_matrix((weights.ravel(), columns, indptr), shape)
+        inverse = csr_matrix((weights.ravel(), columns, np.arange(len(wanted) + 1) * 8), shape)
         inverse.eliminate_zeros()
         return inverse
 

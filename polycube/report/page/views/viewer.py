@@ -74,7 +74,6 @@ def viewer(
         on_faces(mesh, number)[shown].astype("<i4"),
         _steps(shown),
     )
-    lost = (segments - (low + high) / 2) / size
     found = [] if solved is None else results(*solved, mesh.vertices[used], unit)
     arrays += ((drawn[0] - (low + high) / 2) / size).astype("<f4"), _steps(drawn[1])
     arrays += tuple(array for result in found for array in result.arrays())
@@ -96,7 +95,7 @@ def viewer(
         "farthest": float(max(distance.max(), 0)),
         "cells": rgb(CELLS).tolist(),
         "sets": sets,
-        "lost": lost.astype("<f4").ravel().tolist(),
+        "lost": ((segments - (low + high) / 2) / size).astype("<f4").ravel().tolist(),
         "set_colours": rgb(tuple(features.quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
         "primitive": primitive,
