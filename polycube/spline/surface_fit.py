@@ -51,9 +51,7 @@ def fit_to_surface(
         return spline
     moved = _follow(graph, touched, places, unit.control)
     result = replace(spline, control=goal.to_model(_positive(options, unit, moved, matcher, graph)))
-    if min_detj(result).lower_bound <= 0 < min_detj(spline).lower_bound:
-        return spline
-    return result
+    return spline if min_detj(result).lower_bound <= 0 < min_detj(spline).lower_bound else result
 
 
 def _positive(
