@@ -108,7 +108,12 @@ def boundary(polycube: Polycube) -> Boundary:
     index = np.unravel_index(used, shape)
     vertices = np.stack([knots[i] for knots, i in zip(polycube.knots, index, strict=True)], 1)
     quads = quads.reshape(-1, 4)
-    return Boundary(vertices, quads, axis, _patches(quads, axis), box)
+    # two quads that share an edge and have the same orientation are in the same plane
+    key = 6 * edges(quads)[2] + np.repeat(axis, 4)
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    patch = connected(order[:-1][same] // 4, order[1:][same] // 4, len(quads))
+    return Boundary(vertices, quads, axis, patch, box)
 
 
 def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,17 +126,6 @@ def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def nearest_axis(normals: np.ndarray) -> np.ndarray:
     """(N,) axis label of the direction closest to each normal (N, 3)."""
     return (normals @ OUTWARD.T).argmax(axis=1)
-
-
-def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(Q,) number of the planar face of each quad, in order of first appearance.
-
-    Two quads that share an edge and have the same orientation are in the same plane.
-    """
-    key = 6 * edges(quads)[2] + np.repeat(axis, 4)
-    order = np.argsort(key, kind="stable")
-    same = np.diff(key[order]) == 0
-    return connected(order[:-1][same] // 4, order[1:][same] // 4, len(quads))
 
 
 def corners(surface: Boundary) -> np.ndarray:
