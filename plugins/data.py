@@ -81,8 +81,7 @@ class Paired(Options, Deformation):
         if not grid:
             shapes = LatticeShapes(cad=self.cad, organic=self.organic)
             return LatticePairs(seed, math.prod(AnyStructure.image), shapes)
-        chosen = _contexts(self.types, grid, primitives)
-        return Pairs(grid, primitives, chosen, self, seed)
+        return Pairs(grid, primitives, _contexts(self.types, grid, primitives), self, seed)
 
 
 @register("data", "paper")
@@ -111,5 +110,4 @@ class Published(Options):
 
         if not grid:
             raise ValueError("data=paper needs a grid; use data=paired with grid=any")
-        chosen = _contexts(self.types, grid, primitives)
-        return MeshPairs(grid, primitives, chosen, self.rounding)
+        return MeshPairs(grid, primitives, _contexts(self.types, grid, primitives), self.rounding)

@@ -86,8 +86,7 @@ def propose(move: Propose, history: History) -> Expected:
     exact = [n for n, each in enumerate(history.ranked) if each.candidate.tier == Tier.EXACT]
     if not all(history.of_structure(number) for number in exact):
         success *= 1 - SUCCESS[Tier.EXACT]  # it is needed only if that fails
-    left = _left(history, hexes)
-    return Expected(success * left, PROPOSE[move.tier] + FEW + EACH * hexes)
+    return Expected(success * _left(history, hexes), PROPOSE[move.tier] + FEW + EACH * hexes)
 
 
 def mesh_structure(move: MeshStructure, history: History) -> Expected:
@@ -98,9 +97,8 @@ def mesh_structure(move: MeshStructure, history: History) -> Expected:
     thousands = _thousands(history, move.structure)
     work = FEW + EACH * thousands
     if not (move.variant and meshed):
-        left = _left(history, thousands)
         success = _success(history, move.structure) * AFTER_FAILURE**move.variant
-        return Expected(success * left, work)
+        return Expected(success * _left(history, thousands), work)
     if any(each.verdict.shortfall.get("validity", 0.0) > max(VALID) for each in meshed):
         return Expected(0.0, work)  # inverted hexes or crossings
     best = min(meshed, key=lambda each: each.shortfall)

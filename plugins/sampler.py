@@ -45,8 +45,7 @@ class Ddpm(Options):
         q, x_t, states = process.adjustment(x_T), x_T, [x_T]
         recorded = kept_steps(process.steps)
         for t in range(process.steps, 0, -1):
-            step = torch.full((len(x_T),), t)
-            z = process.noise(x_t, predict(x_t, t), q, step)
+            z = process.noise(x_t, predict(x_t, t), q, torch.full((len(x_T),), t))
             x_t = process.reverse_mean(x_t, z, q, t)
             if t > 1:
                 sigma = self._variance(process, t) ** 0.5

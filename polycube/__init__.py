@@ -45,8 +45,7 @@ def __dir__() -> list[str]:
 
 def _provide_cache() -> None:
     """Keep compiled code in a temporary folder if numba can write to none of its own."""
-    cache = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    own = os.path.abspath(os.path.expanduser(cache))
+    own = os.path.abspath(os.path.expanduser(os.environ.get("XDG_CACHE_HOME") or "~/.cache"))
     while not os.path.exists(own):
         own = os.path.dirname(own)
     if "NUMBA_CACHE_DIR" in os.environ or any(os.access(f, os.W_OK) for f in (_PACKAGE, own)):

@@ -158,5 +158,4 @@ def _import_all(package: ModuleType) -> None:
 
 def broken() -> str:
     """Plugin packages that could not be imported, with the reasons; empty if there are none."""
-    packages = (f" (plugin package {p!r} did not import: {e!r})" for p, e in _broken.items())
-    return "".join(packages)
+    return "".join(f" (plugin package {p!r} did not import: {e!r})" for p, e in _broken.items())

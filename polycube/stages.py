@@ -67,8 +67,7 @@ class Clock:
         self.seconds[name] = self.seconds.get(name, 0.0) + spent
         self.effort[name] = self.effort.get(name, Counter()) + effort
         done = [f"{effort[n]} {n}" for n in ("evaluations", "steps") if n in effort]
-        numbers = [f"{spent:6.1f} s", *done]
-        logger.info("%-18s %s", name, ", ".join(numbers))
+        logger.info("%-18s %s", name, ", ".join([f"{spent:6.1f} s", *done]))
 
 
 def build_stages(order: Sequence[str], configs: Mapping[str, Any]) -> list[Stage]:

@@ -118,8 +118,7 @@ class Standard(Options, Goal, Acceptance):
 
     def _off_creases(self, found: Inspection) -> float:
         """How many doublings sharp edges are farther than `meshing.creases`."""
-        wanted = creases_of(self.creases, found.surface)
-        return self._times(found.creases, wanted, found)
+        return self._times(found.creases, creases_of(self.creases, found.surface), found)
 
     def _times(self, reached: float, wanted: float | str | None, found: Inspection) -> float:
         """Doublings by which a distance exceeds a length; 0 without one."""

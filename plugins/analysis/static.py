@@ -60,8 +60,7 @@ class Static(OfProblem):
         super().__post_init__()
         material(self.material)
         check_supports("fixed", self.fixed, {"components", "value"})
-        loads = check_items("loads", self.loads, {"pressure", "point", *VECTORS}, needed=1)
-        for _, item in loads:
+        for _, item in check_items("loads", self.loads, {"pressure", "point", *VECTORS}, needed=1):
             check_expression("loads: pressure", item.get("pressure", 0.0))
             for name in {*VECTORS, "point"} & {*item}:
                 check_vector(f"loads: {name}", item[name], is_field=name == "traction")
@@ -71,8 +70,7 @@ class Static(OfProblem):
         if self.temperature and not material(self.material).expansion:
             raise ValueError("temperature needs the expansion of the material, in 1/K")
         if self.rotation is not None:
-            turning = options_of("rotation", Rotation, self.rotation)
-            object.__setattr__(self, "rotation", turning)
+            object.__setattr__(self, "rotation", options_of("rotation", Rotation, self.rotation))
         given = self.preloads
         if isinstance(given, Mapping) or not all(isinstance(x, Mapping | Preload) for x in given):
             raise ValueError(f"preloads are [{{point, axis, force}}, ...]; got {given!r}")

@@ -43,11 +43,10 @@ class Febio(WithNodes, WithProblem, TextFormat):
         """
         own, named = self.elements(hexes), renamed(hexes, NAME, ascii_only=False)
         loads = self.loads(hexes, own)
-        is_run = loads is not None and isinstance(loads.problem, Statics) and loads.has_step
         return rendered(
             "febio.feb",
             loads=loads,
-            is_run=is_run,
+            is_run=loads is not None and isinstance(loads.problem, Statics) and loads.has_step,
             legend=legend(named).replace("--", "- -"),
             nodes=lines(count(own.points), '<node id="%d">%.17g,%.17g,%.17g</node>'),
             elements=own.hexes,

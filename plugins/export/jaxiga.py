@@ -44,8 +44,7 @@ def _tricubic(spline: Spline, mesh: HexMesh) -> Arrays:
 
     functions = spline.element_functions()
     dofs, extraction = functions.padded(np.arange(len(spline.nodes)), len(spline.control))
-    sets = sets_of_spline(spline, mesh)
-    sides = {name: spline.sides[own] for name, own in sets.items()}
+    sides = {name: spline.sides[own] for name, own in sets_of_spline(spline, mesh).items()}
     return _space(dofs, extraction, spline.control, 3) | _boundaries(dofs, extraction, sides, FACES)
 
 

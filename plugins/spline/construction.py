@@ -54,8 +54,7 @@ class Construction:
 
     def __init__(self, options: SplineOptions, surface: TriMesh, hexes: HexMesh) -> None:
         if options.sector is not None:
-            vertices = matched(hexes.vertices, hexes.quads, options.sector)
-            hexes = replace(hexes, vertices=vertices)
+            hexes = replace(hexes, vertices=matched(hexes.vertices, hexes.quads, options.sector))
         self.options, self.surface, self.hexes = options, surface, hexes
         self.creases = creases_of(options, hexes, surface)
         self.on = unique_cad_faces(hexes, surface)
@@ -84,8 +83,7 @@ class Construction:
                 trials.insert(1, trial("harmless", harmless))
         best = min(trials, key=lambda t: t.cost)
         if options.sharp == "auto" or len(trials) > 1:
-            summary = "; ".join(t.summary() for t in trials)
-            logger.info("creases: %s; %s", best.name, summary)
+            logger.info("creases: %s; %s", best.name, "; ".join(t.summary() for t in trials))
         return best
 
     def finished(self, best: Trial) -> Spline:

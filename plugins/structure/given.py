@@ -128,7 +128,6 @@ def boxed(
         corners = np.meshgrid(*[k + 1 for k in knots], indexing="ij")
         at = np.stack([turn(corner, rotation) for corner in corners], axis=-1)
         rough_map = RoughMap(*polycube.knots, view.to_model(at))
-        cost = float(misfit / solid.sum())
         key = structure_key(polycube, rotation, frame)
-        found.append(Candidate("given", polycube, rough_map, cost, key))
+        found.append(Candidate("given", polycube, rough_map, float(misfit / solid.sum()), key))
     return found

@@ -176,8 +176,7 @@ class Trace:
     def moments(self, density: np.ndarray) -> np.ndarray:
         """(C,) or (C, n) integrals of N_a times a density (P,) or (P, n) at the points."""
         density = np.asarray(density)
-        area = self.area.reshape(-1, *[1] * (density.ndim - 1))
-        return self.shape.T @ (area * density)
+        return self.shape.T @ (self.area.reshape(-1, *[1] * (density.ndim - 1)) * density)
 
 
 def trace(spline: Spline, faces: np.ndarray) -> Trace:

@@ -94,8 +94,7 @@ class Constraints:
         """
         n = len(self.bound)
         if self.sector is not None:  # leave out the forces between the sectors
-            every = np.ones((len(residual) // n, n), bool)
-            same = self.sector.basis(every, self.sector.functions)
+            same = self.sector.basis(np.ones((len(residual) // n, n), bool), self.sector.functions)
             residual = same @ (same.T @ residual)
         found = np.zeros((len(self.supports), n))
         for i, bound in enumerate(self.bound):
@@ -103,8 +102,7 @@ class Constraints:
                 continue
             traction = bound.gram.solve(residual[i::n][bound.pivots])
             for k in range(len(found)):
-                there = bound.trace.moments(bound.owner == k)
-                found[k, i] = traction @ there[bound.pivots]
+                found[k, i] = traction @ bound.trace.moments(bound.owner == k)[bound.pivots]
         return found
 
 
@@ -133,8 +131,7 @@ def constrain(
         key = owner.tobytes() + str(list(edges)).encode()
         if key not in known:
             known[key] = _bind(spline, owner, edges)
-            held = np.flatnonzero(owner >= 0)
-            flat, border = zero_slope_edges(spline, held, known[key].imposed)
+            flat, border = zero_slope_edges(spline, np.flatnonzero(owner >= 0), known[key].imposed)
             if flat:
                 what = f"the spline is smooth at {flat} of the {border} edges round the supports"
                 remedy = "a run with from=spline makes them sharp if det J allows it"

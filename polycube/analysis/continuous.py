@@ -199,8 +199,7 @@ class Enrichment:
 
     def _sums(self, table: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(B, 3) sums over the elements of a table (64, 64) times values (B, 3) at the nodes."""
-        each = table @ values[self.elasticity.nodes]
-        return self.elasticity.add @ each.reshape(-1, 3)
+        return self.elasticity.add @ (table @ values[self.elasticity.nodes]).reshape(-1, 3)
 
 
 def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> np.ndarray:

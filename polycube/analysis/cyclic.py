@@ -161,8 +161,7 @@ def _paired(first: csr_matrix, second: csr_matrix) -> np.ndarray:
     columns = [np.flatnonzero(each > EQUAL) for each in sums]
     ordered = [own[np.argsort(each[own])] for own, each in zip(columns, sums, strict=True)]
     if len(ordered[0]) == len(ordered[1]):
-        apart = abs(first[:, ordered[0]] - second[:, ordered[1]])
-        if apart.max() < EQUAL:
+        if abs(first[:, ordered[0]] - second[:, ordered[1]]).max() < EQUAL:
             return np.stack(ordered, axis=1)
     raise InputError(
         "the functions of the spline on the two cut faces are different; "

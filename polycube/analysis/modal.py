@@ -115,8 +115,7 @@ def _in_spline_space(
     if near is None:
         free = constraints.restricted(stiffness.full())
         free_inertia = constraints.restricted(kron(inertia, eye(3), "csr"))
-        points = constraints.points(spline.control)
-        values, vectors = lowest(free, free_inertia, number, points)
+        values, vectors = lowest(free, free_inertia, number, constraints.points(spline.control))
     else:
         both = near.restricted(stiffness), near.restricted(inertia)
         values, vectors = davidson(*both, near, number, SHIFT, TOLERANCE)

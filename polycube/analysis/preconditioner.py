@@ -70,8 +70,7 @@ class Preconditioner:
 
     def __call__(self, right: np.ndarray) -> np.ndarray:
         """Apply it to right-hand sides (free,) or (free, k)."""
-        columns = right.reshape(len(right), -1)
-        solved = self.factor.solve(self._unmixed(self.turned, columns))
+        solved = self.factor.solve(self._unmixed(self.turned, right.reshape(len(right), -1)))
         return self._unmixed(self.values, solved).astype(np.float64).reshape(right.shape)
 
     def restricted(self, matrix: Symmetric | csr_matrix) -> LinearOperator:
@@ -81,8 +80,7 @@ class Preconditioner:
 
         def product(x: np.ndarray) -> np.ndarray:
             every = basis @ x
-            found = matrix @ every.reshape(matrix.shape[0], -1)
-            return basis.T @ found.reshape(every.shape)
+            return basis.T @ (matrix @ every.reshape(matrix.shape[0], -1)).reshape(every.shape)
 
         return LinearOperator((number, number), product, matmat=product, dtype=np.float64)
 

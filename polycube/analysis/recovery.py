@@ -131,7 +131,6 @@ def shared(spline: Spline, values: np.ndarray, poor: np.ndarray | None = None) -
     if poor is not None:
         weight[np.repeat(poor, 64)] = ALMOST_NONE
     given = weight.astype(values.dtype), nodes, np.arange(len(nodes) + 1)
-    total = csc_matrix(given, (size, len(nodes)))
     count = np.bincount(nodes, weight, size)
     count[count == 0] = 1
-    return total @ values.reshape(len(nodes), -1) / count[:, None]
+    return csc_matrix(given, (size, len(nodes))) @ values.reshape(len(nodes), -1) / count[:, None]

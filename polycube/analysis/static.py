@@ -120,9 +120,8 @@ def deform(
     acting = [scaled, *np.zeros_like(cut.jumps)]
     fields = [corrected(enrichment, *each) for each in zip(acting, fields, strict=True)]
     amounts = cut.tightening(elasticity, fields, scaled, newtons)
-    moved = np.tensordot(amounts, fields, axes=1)
     radius = away * diagonal
-    displacement = moved * diagonal
+    displacement = np.tensordot(amounts, fields, axes=1) * diagonal
     singular = singular_places(spline, supports, faces, radius, sector, material.young)
     volume = elasticity.volume * metres**3
     stresses = _stresses(spline, material, displacement, heat, volume, singular, radius)

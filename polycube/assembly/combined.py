@@ -168,8 +168,7 @@ def _common(first: HexMesh, second: HexMesh) -> tuple[np.ndarray, np.ndarray]:
     partner[pairs[:, 0]] = pairs[:, 1]
     moved = partner[first.quads]
     known = np.flatnonzero((moved >= 0).all(axis=1))
-    tree = cKDTree(np.sort(second.quads, axis=1))
-    apart, partners = tree.query(np.sort(moved[known], axis=1))
+    apart, partners = cKDTree(np.sort(second.quads, axis=1)).query(np.sort(moved[known], axis=1))
     return pairs, np.stack([known, partners], axis=1)[apart == 0]
 
 

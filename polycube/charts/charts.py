@@ -69,8 +69,7 @@ def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
         stops[k] = max(stops[k], stops[k - 1] + 1)
     for k in range(last, -1, -1):
         stops[k] = min(stops[k], len(path) - 1 - (last - k))
-    on_line = np.interp(at, at[stops], share)
-    drawing.move(path, knots[0] + on_line[:, None] * along)
+    drawing.move(path, knots[0] + np.interp(at, at[stops], share)[:, None] * along)
     return path[stops]
 
 
@@ -107,8 +106,7 @@ def _map_region(drawing: Drawing, faces: np.ndarray, axis: int) -> int:
     places[:, axis // 2] = places[fixed.argmax(), axis // 2]
     folds = len(faces) + 1
     for weights in (cotangent, mean_value):
-        table = weights(sheet.vertices[faces], local, len(used))
-        found = extend(table, places[:, plane], fixed)
+        found = extend(weights(sheet.vertices[faces], local, len(used)), places[:, plane], fixed)
         number = int(flipped(found, local).sum())
         if number < folds:
             folds, best = number, found
@@ -123,8 +121,7 @@ def _map_rectangles(segmentation: Segmentation, patch: int, axis: int, at: dict[
     """Divide a patch into rectangles and map each; returns the number of flipped triangles."""
     drawing, outside = segmentation.drawing, segmentation.outside
     number = {tuple(place): i for i, place in enumerate(outside.vertices.tolist())}
-    quads = outside.vertices[outside.quads[outside.patch == patch]]
-    for knots in seams(quads, plane_of(axis)):
+    for knots in seams(outside.vertices[outside.quads[outside.patch == patch]], plane_of(axis)):
         start, stop = (at[number[tuple(knots[end].tolist())]] for end in (0, -1))
         guide = near(knots, WIDTH)
 
@@ -169,8 +166,7 @@ def _runs(filled: np.ndarray) -> list[tuple[int, int, int]]:
         before, after = filled[:, row], filled[:, row + 1]
         both = before & after
         starts = np.flatnonzero(both[1:] & ~both[:-1])
-        ends = np.flatnonzero(both[:-1] & ~both[1:])
-        for first, last in zip(starts, ends, strict=True):
+        for first, last in zip(starts, np.flatnonzero(both[:-1] & ~both[1:]), strict=True):
             if (before | after)[[first, last + 1]].any():
                 found.append((row, int(first), int(last)))
     return found

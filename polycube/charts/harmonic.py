@@ -92,8 +92,7 @@ def chart_map(
         for axis, knots in enumerate(polycube.knots)
     ]
     outer = np.isin(np.arange(len(hexes.vertices)), hexes.quads)
-    weights = lattice_weights(np.stack(scaled, axis=1), hexes.hexes)
-    positions = extend(weights, positions, outer)
+    positions = extend(lattice_weights(np.stack(scaled, axis=1), hexes.hexes), positions, outer)
     return map_through(polycube, rough_map, parts, positions)
 
 
@@ -105,9 +104,8 @@ def on_surface(hexes: HexMesh, outside: Boundary, sheet: Sheet) -> np.ndarray:
         a, b, c = np.moveaxis(sheet.places[faces], 1, 0)
         # without faces that are collapsed to a point
         faces = faces[np.abs(np.cross(b - a, c - a)).sum(axis=1) > 1e-15]
-        chart = closest.tree(sheet.places[faces])
         wanted = np.unique(hexes.quads[hexes.patch == patch])
-        _, face, weight = closest.closest(chart, hexes.vertices[wanted])
+        _, face, weight = closest.closest(closest.tree(sheet.places[faces]), hexes.vertices[wanted])
         found[wanted] = np.einsum("nk,nkd->nd", weight, sheet.vertices[faces[face]])
     return found
 

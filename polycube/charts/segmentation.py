@@ -51,9 +51,8 @@ def network(surface: Boundary) -> Network:
         for k, vertex in enumerate(quad):
             left[vertex, quad[(k + 1) % 4]] = patch
             turn[vertex, quad[(k + 1) % 4]] = vertex, quad[k - 1]
-    between = sorted(e for e in left if left[e] != left[e[::-1]])
     leaving: dict[int, list[tuple[int, int]]] = {}
-    for edge in between:
+    for edge in sorted(e for e in left if left[e] != left[e[::-1]]):
         leaving.setdefault(edge[0], []).append(edge)
     arcs: list[Arc] = []
     seen: set[tuple[int, int]] = set()

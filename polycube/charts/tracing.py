@@ -49,8 +49,7 @@ class Drawing:
         for end, sector in zip(ends, between, strict=True):
             here = np.flatnonzero(usable & (joins == end).any(axis=1))
             usable[here] = np.isin(joins[here].sum(axis=1) - end, self._leaving(end, sector))
-        size = len(closed), len(closed)
-        graph = csr_array((weight[usable], tuple(joins[usable].T)), size)
+        graph = csr_array((weight[usable], tuple(joins[usable].T)), (len(closed), len(closed)))
         path, _ = shortest_path(graph, *ends, directed=False)
         if len(path) == 0:
             return False

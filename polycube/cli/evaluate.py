@@ -119,8 +119,7 @@ def _measured(denoiser: Denoiser, cfg: Json) -> Row:
         if cfg["lattices"]:
             drawn = registry.build("structure", cfg["drawn"], **GRIDLESS)
             draw = partial(drawn.polycubes, denoiser)
-            lattices = evaluate_lattices(draw, pairs, cfg["lattices"], cfg["slabs"])
-            found |= summary(lattices)
+            found |= summary(evaluate_lattices(draw, pairs, cfg["lattices"], cfg["slabs"]))
         return {"threads": threads(), "columns": found}
     pairs.pads = denoiser.options.pads  # as many points as in the training
     made, columns = evaluate(denoiser, pairs, number, primitives, *how)

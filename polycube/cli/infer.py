@@ -6,7 +6,6 @@ Exit codes: 0 a valid result, 2 an invalid input or option, 3 no valid result, 1
 import logging
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -167,8 +166,14 @@ def _log_results(report: Json, folder: Path, cfg: Json) -> None:
         quality = "smallest scaled Jacobian %.3f (mean %.3f)"
         form = f"%s hex mesh: %d hexes, {quality}, distance at most %.2f %% of the diagonal%s"
         logger.info(form, kind, *sizes, off, sharp)
-        for sentence in _fewer(numbers["counts"]):
-            logger.info(sentence)
+        counts = numbers["counts"]
+        for kind, places, sentence in (
+            ("around", "holes", "%d of %d holes have fewer edges than meshing.around_hole"),
+            ("through", "walls", "%d of %d walls have fewer hexes than meshing.across_wall"),
+        ):
+            number = sum(row["kind"] == kind for row in counts["fewer"])
+            if number:
+                logger.info(f"{sentence}; they are listed in the report", number, counts[places])
     for result in sentences(report):
         logger.info("%s", result)
     for caution in cautions(report):
@@ -180,17 +185,6 @@ def _log_results(report: Json, folder: Path, cfg: Json) -> None:
         logger.warning("hint: try %s", cfg["meshing"]["otherwise"])
     page = folder / "report.html"
     logger.info("results: %s", page if page.is_file() else folder)
-
-
-def _fewer(counts: Json) -> Iterator[str]:
-    """Sentences about walls and holes with fewer hexes than requested."""
-    for kind, places, sentence in (
-        ("around", "holes", "%d of %d holes have fewer edges than meshing.around_hole"),
-        ("through", "walls", "%d of %d walls have fewer hexes than meshing.across_wall"),
-    ):
-        number = sum(row["kind"] == kind for row in counts["fewer"])
-        if number:
-            yield f"{sentence % (number, counts[places])}; they are listed in the report"
 
 
 def _fault(report: Json) -> str:

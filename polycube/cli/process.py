@@ -87,8 +87,7 @@ def earlier(folder: Path) -> list[Earlier]:
         except InputError:  # it was changed or removed
             continue
         hexes = numbers.get("hex", {})
-        verdict = "valid" if numbers["valid"] else "not valid"
         name = page.parent.relative_to(folder / RESULTS).as_posix()
         values = hexes.get("hexes", 0), hexes.get("min_scaled_jacobian", float("nan"))
-        found.append(Earlier(name, verdict, *values))
+        found.append(Earlier(name, "valid" if numbers["valid"] else "not valid", *values))
     return sorted(found, key=lambda each: each.name.rpartition("/")[2], reverse=True)

@@ -60,8 +60,7 @@ class Terminal(logging.Handler):
     def _is_shown(self, record: logging.LogRecord) -> bool:
         if record.levelno < self._shown:
             return False
-        is_stage = record.name.startswith(STAGES)
-        return self._shown != PLAIN or is_stage or record.levelno > PLAIN
+        return self._shown != PLAIN or record.name.startswith(STAGES) or record.levelno > PLAIN
 
     def close(self) -> None:
         """Remove the progress line."""

@@ -119,9 +119,8 @@ def _write(
     with manifest.writing(folder, OTHER_FOLDER) as scratch:
         pictures.draw(pictures.curves(folder), scratch / "loss.png")
         weights.save_denoiser(module.denoiser, config, metrics, scratch / "weights")
-    path = folder / WEIGHTS[0]
     error = f"error {metrics['error']:.3f}" if "error" in metrics else "no error measured"
-    logger.info("%s; weights in %s", error, path)
+    logger.info("%s; weights in %s", error, folder / WEIGHTS[0])
 
 
 def _learning(cfg: Json) -> Learning:

@@ -107,8 +107,7 @@ class Desk:
                 self._bind(ui.checkbox("Solve here"), "is_solved")
                 sectors = ui.number("Sectors of the whole", min=2, precision=0, placeholder="none")
                 self._bind(sectors.classes("w-40"), "sectors")
-            preloads = ui.input("Preloads", placeholder=PRELOAD).classes("w-full")
-            self._bind(preloads, "preloads")
+            self._bind(ui.input("Preloads", placeholder=PRELOAD).classes("w-full"), "preloads")
             with ui.row().classes("items-end w-full") as several:
                 interfaces = ui.select(INTERFACES, label="Where solids touch").classes("w-40")
                 self._bind(interfaces, "interfaces")

@@ -90,8 +90,7 @@ class Denoiser(nn.Module):
         self.process = DiffusionProcess(alpha_bar, options.noise_scale)
         self.classes = tuple(condition.labels.values()) if options.labels else ()
         channels = 3 * (1 + options.geometry_channels + options.normals)
-        outputs = 3 + sum(self.classes)
-        self.network = network(channels, outputs, condition.length, condition.image)
+        self.network = network(channels, 3 + sum(self.classes), condition.length, condition.image)
         if options.classifier:
             n_cells, n_primitives = int(np.prod(condition.grid)), len(condition.primitives)
             self.classifier = ContextClassifier(3 * (1 + options.normals), n_cells, n_primitives)
@@ -146,8 +145,7 @@ class Denoiser(nn.Module):
 
     def frame(self, vertices: np.ndarray, rotation: np.ndarray, value: Any) -> Frame:
         """Frame in which the network sees a part with vertices (V, 3) in an orientation (3, 3)."""
-        box = self.condition.box(value, self.options.pads)
-        return learning_frame(vertices, rotation, box)
+        return learning_frame(vertices, rotation, self.condition.box(value, self.options.pads))
 
     def vectors(self, values: Sequence[Any]) -> Tensor:
         """(B, K) vectors of values; raises LookupError for an unknown primitive."""
@@ -189,9 +187,8 @@ class Denoiser(nn.Module):
         if self.classes and label_time < 1:
             t = round(label_time * self.process.steps)
             z = torch.randn(x_0.shape, generator=draw).to(x_0)
-            q = self.process.adjustment(geometry[:, :3])
             step = torch.full((len(x_0),), t, device=self.device)
-            x_t = self.process.forward(x_0, z, q, step)
+            x_t = self.process.forward(x_0, z, self.process.adjustment(geometry[:, :3]), step)
             labels = self.log_labels(self(x_t, geometry, step, context))
         elif self.classes:
             labels = self.log_labels(start)

@@ -67,8 +67,7 @@ def by_x(geometry: np.ndarray, pixels: np.ndarray | None = None) -> np.ndarray:
 
     pixels : default: the first N
     """
-    x = geometry[..., 0].round(EQUAL)
-    rank = np.argsort(np.argsort(x, axis=-1, kind="stable"), axis=-1)
+    rank = np.argsort(np.argsort(geometry[..., 0].round(EQUAL), axis=-1, kind="stable"), axis=-1)
     return rank if pixels is None else np.take_along_axis(pixels, rank, axis=-1)
 
 

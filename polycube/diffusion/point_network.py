@@ -115,8 +115,7 @@ class PointNetwork(nn.Module):
     def forward(self, x: Tensor, t: Tensor, context: Tensor) -> Tensor:
         """The trained outputs, per pixel."""
         features = self.features(x, torch.cat([context, t[:, None].to(context)], dim=1))
-        outputs = self.leave(features).transpose(1, 2)
-        return outputs.reshape(len(x), -1, *x.shape[2:])
+        return self.leave(features).transpose(1, 2).reshape(len(x), -1, *x.shape[2:])
 
 
 class Neighbourhood(nn.Module):
@@ -173,8 +172,7 @@ class ContextClassifier(nn.Module):
 
     def forward(self, geometry: Tensor) -> tuple[Tensor, Tensor]:
         """Logits of the cells, and of the alignment of the geometry with the grid."""
-        inputs = geometry[:, : self.channels]
-        features = self.features(inputs, geometry.new_ones(len(geometry), 1))
+        features = self.features(geometry[:, : self.channels], geometry.new_ones(len(geometry), 1))
         outputs = self.leave(torch.cat([features.mean(dim=1), features.amax(dim=1)], dim=1))
         return outputs[:, :-1].reshape(-1, *self.shape), outputs[:, -1]
 

@@ -95,5 +95,4 @@ class PointTransformer(nn.Module):
         turn = torch.stack([angle.cos(), angle.sin()])[:, :, None].to(features.dtype)
         for block in self.blocks:
             features = block(features, given, turn)
-        outputs = self.leave(features).transpose(1, 2)
-        return outputs.reshape(len(x), -1, *x.shape[2:])
+        return self.leave(features).transpose(1, 2).reshape(len(x), -1, *x.shape[2:])

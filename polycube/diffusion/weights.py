@@ -59,9 +59,7 @@ def shipped(grid: Sequence[int] = PAPERS) -> Path:
 
 def _name(grid: Sequence[int]) -> str:
     """2x1 for (2, 1, 1), 2x2x2 for (2, 2, 2), any for ()."""
-    if not grid:
-        return "any"
-    return "x".join(map(str, grid if grid[2] > 1 else grid[:2]))
+    return "x".join(map(str, grid if grid[2] > 1 else grid[:2])) if grid else "any"
 
 
 def make_denoiser(config: Recipe, build: Build) -> Denoiser:

@@ -43,8 +43,7 @@ def without_flat_corners(
         x = target.to_unit(mesh.vertices)
         matching = match(problem, x)
         placed = on_goals(problem, x, matching)
-        sets = _sets(problem, placed, matching, anywhere, not keep_paths)
-        inside = _disjoint(mesh, sets)
+        inside = _disjoint(mesh, _sets(problem, placed, matching, anywhere, not keep_paths))
         if not inside.any():
             break
         before = len(mesh.hexes)
@@ -122,8 +121,7 @@ def corners_between(
     corner : (P,) vertices at corners of the surface
     """
     direction = unit(x[np.roll(quads, -1, axis=1)] - x[quads])
-    cosine = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1))
-    is_flat = cosine < np.cos(FLAT)
+    is_flat = np.einsum("qkd,qkd->qk", direction, -np.roll(direction, 1, axis=1)) < np.cos(FLAT)
     flat = wide & np.roll(wide, 1, axis=1) & is_flat
     ends = on & np.roll(on, 1, axis=1) & np.isin(quads, corner) & ~is_flat
     return flat, ends.any(axis=1) & ~flat.any(axis=1)

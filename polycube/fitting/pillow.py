@@ -78,8 +78,7 @@ def borders(problem: FitProblem, region: np.ndarray) -> tuple[np.ndarray, np.nda
     nodes, node = np.unique(ends, return_inverse=True)
     node = node.reshape(-1, 2)
     number = connected(node[:, 0], node[:, 1], len(nodes))[node[:, 0]]
-    first = np.unique(number, return_index=True)[1]
-    return side, number, regions[side][first]
+    return side, number, regions[side][np.unique(number, return_index=True)[1]]
 
 
 def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.ndarray:
@@ -92,8 +91,7 @@ def _is_flat(problem: FitProblem, x: np.ndarray, is_sharp: np.ndarray) -> np.nda
     turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ed,ed->e", a, b))
     middle = x[problem.quads].mean(axis=1)
     across = middle[problem.side_quads[:, 1]] - middle[problem.side_quads[:, 0]]
-    convex = np.einsum("ed,ed->e", b - a, across) > 0
-    inside = np.where(convex, np.pi - turn, np.pi + turn)
+    inside = np.where(np.einsum("ed,ed->e", b - a, across) > 0, np.pi - turn, np.pi + turn)
     return np.where(is_sharp, inside, np.pi) > FLAT * problem.side_valence
 
 
@@ -130,10 +128,8 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
     old = mesh.vertices.copy()
     old[moved] += depth * (inwards[moved] - old[moved])
     hexes = np.vstack([mesh.hexes, np.hstack([below, twin[below]])])
-    cell = np.append(mesh.cell, mesh.cell[owner[covered]])
     sides, uncovered = _rim(quads, covered)
-    side_quads = np.hstack([sides, twin[sides]])
-    table = np.vstack([twin[below], quads[~covered], side_quads])
+    table = np.vstack([twin[below], quads[~covered], np.hstack([sides, twin[sides]])])
     number = np.concatenate([patch[covered], patch[~covered], patch[uncovered]])
     outside, _ = exposed(hexes)
     logger.info("pillow: %d hexes under %d of %d quads", len(below), len(below), len(quads))
@@ -142,7 +138,7 @@ def layer(mesh: HexMesh, region: np.ndarray, taken: np.ndarray, depth: float = 0
         hexes,
         outside,
         label_of(outside, table, number),
-        cell,
+        np.append(mesh.cell, mesh.cell[owner[covered]]),
     )
 
 
@@ -162,5 +158,4 @@ def _rim(quads: np.ndarray, covered: np.ndarray) -> tuple[np.ndarray, np.ndarray
     sides, pair = quad_edges(quads)
     inside = covered[pair]
     rim = inside[:, 0] != inside[:, 1]
-    other = np.where(inside[rim, 0], pair[rim, 1], pair[rim, 0])
-    return sides[rim], other
+    return sides[rim], np.where(inside[rim, 0], pair[rim, 1], pair[rim, 0])

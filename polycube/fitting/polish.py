@@ -89,9 +89,8 @@ def polish(
     crease_rounds : largest number of rounds that recover creases
     samples : points of the surface that are matched with the mesh
     """
-    rounds = soft_rounds, hard_rounds
     initial, matching, best = _after_soft_and_hard(
-        mesh, target, features, exact, hold, rounds, samples
+        mesh, target, features, exact, hold, (soft_rounds, hard_rounds), samples
     )
     problem = copy(initial)  # the matches of the last search belong to the copy
     moves = ~on_curved(problem, matching) if hold else None
@@ -164,8 +163,7 @@ def _soft(
         terms = SOFT._replace(beta=between(SOFT_BETAS, step), offset=offset)
         x = problem.relax(x, problem.lengths(x, *KEPT), terms, springs, 20, moves)
         jacobian = problem.scaled_jacobian(x)
-        bad = problem.touching(jacobian < release_below)
-        trust = adjusted(trust, bad, RELEASE, 0.0, RECOVER)
+        trust = adjusted(trust, problem.touching(jacobian < release_below), RELEASE, 0.0, RECOVER)
         hold = adjusted(hold, problem.touching(jacobian < LIFTED), RELEASE, 0.0, HOLD)
         if k >= rounds // 3:
             at = goals_of(problem, x, matching, trust)

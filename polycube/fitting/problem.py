@@ -106,8 +106,7 @@ class FitProblem:
 
     def size(self, x: np.ndarray) -> np.ndarray:
         """(V,) mean length of the boundary edges at a vertex, at least SMALLEST of the median."""
-        length = np.linalg.norm(x[self.sides[:, 0]] - x[self.sides[:, 1]], axis=1)
-        mean = self._side_mean @ length
+        mean = self._side_mean @ np.linalg.norm(x[self.sides[:, 0]] - x[self.sides[:, 1]], axis=1)
         return np.maximum(mean, SMALLEST * np.median(mean[self.outer])) if len(self.outer) else mean
 
     def lengths(self, x: np.ndarray, smooth: int, isotropy: float) -> np.ndarray:

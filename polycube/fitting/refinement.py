@@ -178,6 +178,5 @@ def _fit(problem: FitProblem, x: np.ndarray, matching: Matching, recipe: Recipe)
             problem.cover(x, quad_normals, ALPHA, recipe.cover * weight * trust, 0.0),
         ]
         x = problem.relax(x, problem.lengths(x, *RESHAPED), RAISING, springs, 20)
-        bad = problem.touching(problem.scaled_jacobian(x) < RELEASED)
-        trust = adjusted(trust, bad)
+        trust = adjusted(trust, problem.touching(problem.scaled_jacobian(x) < RELEASED))
     return x

@@ -92,8 +92,7 @@ def register_mesh(
             problem.cover(x, quad_normals, turn, coverage * pulling * trust, loose),
         ]
         x = problem.relax(x, problem.lengths(x, *RESHAPED), Terms(), springs, iterations)
-        bad = problem.touching(problem.scaled_jacobian(x) < RELEASED)
-        trust = adjusted(trust, bad)
+        trust = adjusted(trust, problem.touching(problem.scaled_jacobian(x) < RELEASED))
     worst = problem.scaled_jacobian(x).min()
     logger.info("register: %d hexes, smallest scaled Jacobian %.3f", len(mesh.hexes), worst)
     return replace(mesh, vertices=target.to_model(x))
@@ -110,11 +109,10 @@ def short_quality(mesh: HexMesh, target: Target) -> ShortQuality:
     x = target.to_unit(mesh.vertices)
     normals, quad_normals = problem.normals(x)
     foot, _ = problem.feet(x, normals, ALPHA)
-    springs = problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0)
     jacobian = problem.scaled_jacobian(x)
     return ShortQuality(
         to_surface=_per_cent(x[problem.outer] - foot),
-        to_mesh=_per_cent(springs.gaps(x)),
+        to_mesh=_per_cent(problem.cover(x, quad_normals, 0.0, np.ones(len(x)), 0.0).gaps(x)),
         bad=float((jacobian < BAD).mean()),
         mean_jacobian=float(jacobian.mean()),
         min_jacobian=float(jacobian.min()),

@@ -53,10 +53,9 @@ def goals_of(problem: FitProblem, x: np.ndarray, matching: Matching, trust: np.n
 def state_of(problem: FitProblem, x: np.ndarray, at: Goals, trust: np.ndarray) -> State:
     """The state of the given positions."""
     gap = np.linalg.norm(at.place(problem, x) - x, axis=1)
-    on_feature = np.append(at.curve, at.corner)
     strayed = 0.0
     if at.allowed is not None:
-        strayed = float((gap - at.allowed)[on_feature].max(initial=0.0))
+        strayed = float((gap - at.allowed)[np.append(at.curve, at.corner)].max(initial=0.0))
     jacobian = float(problem.scaled_jacobian(x).min())
     return State(x, jacobian, float(gap[problem.outer].max(initial=0.0)), trust, strayed)
 

@@ -30,8 +30,7 @@ def pull(
 ) -> Springs:
     """Springs on single vertices (S,)."""
     index = np.repeat(vertex[:, None], 4, axis=1)
-    share = np.tile([1.0, 0, 0, 0], (len(vertex), 1))
-    return Springs(index, share, goal, direction, along, every)
+    return Springs(index, np.tile([1.0, 0, 0, 0], (len(vertex), 1)), goal, direction, along, every)
 
 
 NO_SPRINGS = pull(np.zeros(0, int), *np.zeros((2, 0, 3)), *np.zeros((2, 0)))

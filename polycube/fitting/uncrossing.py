@@ -114,7 +114,11 @@ def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
     found = crossings(mesh)
     if not 0 < len(found) <= MOST or scaled_jacobian(mesh.vertices, mesh.hexes).min() <= 0:
         return mesh
-    means = _means(mesh)
+    ends, _ = quad_edges(mesh.quads)
+    rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
+    number = np.bincount(rows, minlength=len(mesh.vertices))
+    # the matrix that averages the neighbours of a vertex on the boundary
+    means = csr_matrix((1 / number[rows], (rows, columns)), 2 * (len(mesh.vertices),))
     moved = np.unique(mesh.quads[np.unique(found)])
     step = means[moved] @ mesh.vertices - mesh.vertices[moved]
     for share in SHARES:
@@ -129,14 +133,6 @@ def without_crossings(mesh: HexMesh, target: Target) -> HexMesh:
             return mesh
     logger.info("crossings: %d pairs of quads separated", len(found))
     return tried
-
-
-def _means(mesh: HexMesh) -> csr_matrix:
-    """(V, V) matrix that averages the neighbours of a vertex on the boundary."""
-    ends, _ = quad_edges(mesh.quads)
-    rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
-    number = np.bincount(rows, minlength=len(mesh.vertices))
-    return csr_matrix((1 / number[rows], (rows, columns)), 2 * (len(mesh.vertices),))
 
 
 def _unfolded(mesh: HexMesh, target: Target, means: csr_matrix) -> HexMesh:
@@ -167,8 +163,7 @@ def _untangled_near(mesh: HexMesh, moves: np.ndarray, rings: int, target: Target
         moves[mesh.hexes[moves[mesh.hexes].any(axis=1)]] = True
     elements = np.flatnonzero(moves[mesh.hexes].any(axis=1))
     piece, used = part(mesh, elements, np.stack(quad_sides(mesh), axis=1))
-    problem = FitProblem(piece, target, samples=1)
-    x = untangled(problem, target.to_unit(piece.vertices), moves[used])
+    x = untangled(FitProblem(piece, target, samples=1), target.to_unit(piece.vertices), moves[used])
     vertices = mesh.vertices.copy()
     vertices[used[moves[used]]] = target.to_model(x)[moves[used]]
     return replace(mesh, vertices=vertices)

@@ -15,7 +15,7 @@ import numpy as np
 
 from polycube.hexmesh.connectivity import quad_edges
 from polycube.hexmesh.face_groups import ends_and_holes
-from polycube.hexmesh.named_sets import CadSets, boundary_sets, cad_faces, cad_sets, patch_sets
+from polycube.hexmesh.named_sets import boundary_sets, cad_faces, cad_sets, patch_sets
 from polycube.surface.curves.cad_curves import bounded_faces
 from polycube.surface.fit_target import ALPHA, target
 from polycube.surface.measures import twins, unit
@@ -50,7 +50,13 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
     known = cad_sets(surface)
     found = {n: np.flatnonzero(np.isin(region, own)) for n, own in known.numbers.items()}
     sets = {name: own for name, own in found.items() if len(own)}
-    on_edges = _on_edges(mesh, region, known)
+    edges, pair = quad_edges(mesh.quads)
+    sides = np.sort(region[pair], axis=1)[:, None]
+    found = {  # vertices on the borders between CAD faces
+        name: np.unique(edges[(sides == np.sort(pairs, axis=1)).all(axis=2).any(axis=1)])
+        for name, pairs in known.edges.items()
+    }
+    on_edges = {name: own for name, own in found.items() if len(own)}
     return replace(
         mesh,
         sets=sets | patch_sets(mesh.patch),
@@ -59,17 +65,6 @@ def with_sets(mesh: HexMesh, surface: TriMesh) -> HexMesh:
         node_sets=on_edges,
         name=surface.name,
     )
-
-
-def _on_edges(mesh: HexMesh, region: np.ndarray, known: CadSets) -> dict[str, np.ndarray]:
-    """Vertices on the borders between the CAD faces (Q,) of quads, by the names of edges."""
-    edges, pair = quad_edges(mesh.quads)
-    sides = np.sort(region[pair], axis=1)[:, None]
-    found = {
-        name: np.unique(edges[(sides == np.sort(pairs, axis=1)).all(axis=2).any(axis=1)])
-        for name, pairs in known.edges.items()
-    }
-    return {name: own for name, own in found.items() if len(own)}
 
 
 @lru_cache(maxsize=2)
@@ -132,8 +127,7 @@ def unique_cad_faces(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     charts = np.repeat(face, len(NINTHS)), None
     feet = (goal.closest(points, facing, ALPHA, cad_face=chart)[0] for chart in charts)
     off = [np.linalg.norm(points - foot, axis=1) for foot in feet]
-    is_near = (off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1)
-    return np.where(is_near, face, 0)
+    return np.where((off[0] - off[1] < SPREAD).reshape(-1, len(NINTHS)).all(axis=1), face, 0)
 
 
 def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -141,8 +135,7 @@ def _ninths(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     u, v = NINTHS.T
     shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])  # (4, 9)
     points = np.einsum("kg,qkd->qgd", shape, corners).reshape(-1, 3)
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return points, unit(normals)
+    return points, unit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
 
 
 def _with_short_borders(

@@ -149,8 +149,12 @@ def _cut(points: np.ndarray, faces: np.ndarray, label: np.ndarray) -> _Cut:
     corners = points[faces if faces.shape[1] == 4 else faces[:, [0, 1, 2, 2]]]
     measured = measure(corners)
     direction = facing(measured.normal)
-    borders = _borders(faces, measured)
-    a, b = borders.first, borders.second
+    a, b = (half // faces.shape[1] for half in twins(faces))
+    normal = measured.normal / np.linalg.norm(measured.normal, axis=1).clip(1e-300)[:, None]
+    step = measured.middle[b] - measured.middle[a]
+    inwards = ((normal[a] - normal[b]) * step).sum(axis=1)
+    inwards /= np.linalg.norm(step, axis=1).clip(np.finfo(float).tiny)
+    borders = _Borders(a, b, (normal[a] * normal[b]).sum(axis=1), inwards)
     is_smooth = (label[a] == label[b]) & (borders.cosine > SHARP)
     is_same = is_smooth & (direction[a] == direction[b])
     segment, piece = (connected(a[on], b[on], len(faces)) for on in (is_smooth, is_same))
@@ -177,15 +181,6 @@ def _farthest(faces: Faces, own: np.ndarray, end: int, size: float) -> np.ndarra
     """The faces among `own` whose centroids are outermost in the direction of an end."""
     far = (2 * (end % 2) - 1) * faces.middle[own, end // 2]
     return own[far >= far.max() - LEVEL * size]
-
-
-def _borders(faces: np.ndarray, measured: Faces) -> _Borders:
-    a, b = (half // faces.shape[1] for half in twins(faces))
-    normal = measured.normal / np.linalg.norm(measured.normal, axis=1).clip(1e-300)[:, None]
-    step = measured.middle[b] - measured.middle[a]
-    inwards = ((normal[a] - normal[b]) * step).sum(axis=1)
-    inwards /= np.linalg.norm(step, axis=1).clip(np.finfo(float).tiny)
-    return _Borders(a, b, (normal[a] * normal[b]).sum(axis=1), inwards)
 
 
 def _holes(cut: _Cut, ends: np.ndarray) -> dict[str, np.ndarray]:

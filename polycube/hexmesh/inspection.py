@@ -107,10 +107,9 @@ class Inspection:
     @cached_property
     def off_wall(self) -> LocalDistance:
         """The distance that is the largest share of the wall thickness at its place."""
-        goal = target(self.surface)
         found = [_farthest_of_cells(samples) for samples in (self._on_boundary, self._on_surface)]
         on_surface = np.concatenate([found[0].feet, found[1].points])
-        around = goal.to_model((AROUND[:, None] + on_surface).reshape(-1, 3))
+        around = target(self.surface).to_model((AROUND[:, None] + on_surface).reshape(-1, 3))
         walls = thickness(self.surface, around).reshape(len(AROUND), -1)
         return self._worst(found, np.median(walls, axis=0))
 
@@ -143,8 +142,7 @@ class Inspection:
         surface, widths = self.surface, {}
         if not len(surface.region):
             return {}
-        lost = np.setdiff1d(surface.region, quad_regions(self.mesh, surface)[0])
-        for number in lost.tolist():
+        for number in np.setdiff1d(surface.region, quad_regions(self.mesh, surface)[0]).tolist():
             own = surface.region == number
             ends = surface.vertices[measures.open_edges(surface.faces[own])]
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
@@ -172,9 +170,8 @@ class Inspection:
         goal = target(self.surface)
         distance = goal.scale * np.concatenate([each.distance for each in samples])
         lengths = np.maximum(lengths, TINY * goal.scale)
-        points = np.concatenate([each.points for each in samples])
         worst = int(np.argmax(distance / lengths))
-        x, y, z = goal.to_model(points[worst]).tolist()
+        x, y, z = goal.to_model(np.concatenate([each.points for each in samples])[worst]).tolist()
         return LocalDistance(float(distance[worst]), float(lengths[worst]), (x, y, z))
 
 

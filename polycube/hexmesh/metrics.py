@@ -41,17 +41,18 @@ def worst(measure: str, values: np.ndarray, number: int = 5) -> np.ndarray:
 def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
     corners = vertices[hexes]
     edges = corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]]
-    length = np.linalg.norm(edges, axis=2)
     axes = edges.reshape(-1, 3, 4, 3).sum(axis=2)
     frames = corners[:, CORNERS[:, 1:]] - corners[:, CORNERS[:, :1]]  # (H, 8, 3, 3)
     det = np.linalg.det(frames)
     square = np.einsum("hfij,hfij->hf", frames, frames)
+    positive = det > LEAST
+    shape = 3 * np.cbrt(np.where(positive, det, 0)) ** 2 / np.where(positive, square, 1)
     return {
-        "edge_ratio": _ratio(length),
+        "edge_ratio": _ratio(np.linalg.norm(edges, axis=2)),
         "max_edge_ratio": _ratio(np.linalg.norm(axes, axis=2)),
         "skew": _skew(axes),
         "condition": _condition(frames, det, square),
-        "shape": _shape(det, square),
+        "shape": shape.min(axis=1),
     }
 
 
@@ -75,9 +76,3 @@ def _condition(frames: np.ndarray, det: np.ndarray, square: np.ndarray) -> np.nd
     cross = sum(((np.cross(p, q)) ** 2).sum(axis=-1) for p, q in ((a, b), (b, c), (c, a)))
     number = np.sqrt(square * cross) / (3 * np.where(det > LEAST, det, 1))
     return np.minimum(np.where(det > LEAST, number, LARGEST), LARGEST).max(axis=1)
-
-
-def _shape(det: np.ndarray, square: np.ndarray) -> np.ndarray:
-    positive = det > LEAST
-    number = 3 * np.cbrt(np.where(positive, det, 0)) ** 2 / np.where(positive, square, 1)
-    return number.min(axis=1)

@@ -110,8 +110,7 @@ def boundary_samples(mesh: HexMesh, surface: TriMesh) -> Samples:
 def surface_samples(mesh: HexMesh, surface: TriMesh, number: int) -> Samples:
     """`number` points of the surface and its vertices, with the closest points of the boundary."""
     goal = target(surface)
-    faces = triangles(goal.to_unit(mesh.vertices), mesh.quads)
-    tree = closest.tree(faces)
+    tree = closest.tree(triangles(goal.to_unit(mesh.vertices), mesh.quads))
     points = np.concatenate([goal.samples(number)[0], goal.surface.vertices])
     feet, face, _ = closest.closest(tree, points)
     return Samples(points, feet, np.linalg.norm(points - feet, axis=1), face // 4)

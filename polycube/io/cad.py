@@ -173,8 +173,7 @@ def _tessellated(path: Path, options: Cad) -> tuple[bytes | None, str, str]:
     """
     check_complete(path)
     effort = max(1.0, options.segments / SEGMENTS) ** 2  # relative number of triangles
-    unit = resolved(options.units, file_unit(path))
-    remove = options.remove.in_unit(unit, gmsh_lengths(path))
+    remove = options.remove.in_unit(resolved(options.units, file_unit(path)), gmsh_lengths(path))
     first, seconds = None, 0
     for way, share in zip(WAYS, SHARES, strict=True):
         request = {**asdict(options), "remove": remove, "way": way}

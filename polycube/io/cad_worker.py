@@ -100,8 +100,7 @@ def _triangles(
 
     request : the number of `segments`, the `way`, and by what `groups` the faces are named
     """
-    others = [(3, tag) for i, tag in enumerate(solids) if i != chosen]
-    gmsh.model.occ.remove(others, recursive=True)
+    gmsh.model.occ.remove([(3, tag) for i, tag in enumerate(solids) if i != chosen], recursive=True)
     gmsh.model.occ.synchronize()
     sides = sorted(tag for _, tag in gmsh.model.getBoundary([(3, solids[chosen])], oriented=False))
     size, way = diagonal(gmsh), request["way"]
@@ -178,8 +177,7 @@ def names(found: Mapping[str, np.ndarray], path: Path, by: str) -> Named:
     named = Named(str(found["solid_name"]), names, {}, {})
     if by == "none" or path.suffix.lower() not in STEP:
         return named
-    places = found["corners"] / gmsh_lengths(path)
-    corners = np.split(places, np.cumsum(found["n_corners"])[:-1])
+    corners = np.split(found["corners"] / gmsh_lengths(path), np.cumsum(found["n_corners"])[:-1])
     own = named_faces(path, kinds, corners, by)
     faces = own.faces if any(own.faces) or own.groups else named.faces
     return own._replace(solid=own.solid or named.solid, faces=faces)

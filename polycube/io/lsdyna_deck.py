@@ -23,7 +23,6 @@ def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -
     units = resolved(analysis.get("units"), of_file)
     metre = METRES[units]
     young, density = elastic.young * metre, elastic.density * metre**3
-    is_lumped = analysis.get("mass") == "lumped"
     lines = [
         "*KEYWORD 500M",
         "*TITLE",
@@ -40,7 +39,7 @@ def write_modal_deck(path: Path, bext: str, analysis: Json, of_file: str = "") -
         "1,201",
         "*MAT_ELASTIC",
         f"1,{density:.9g},{young:.9g},{elastic.poisson:.9g}",
-        *modal_cards(analysis.get("modes", 20), is_lumped),
+        *modal_cards(analysis.get("modes", 20), analysis.get("mass") == "lumped"),
         "*END",
     ]
     return write_parts(path, (f"{line}\n" for line in lines))

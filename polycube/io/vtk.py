@@ -56,8 +56,7 @@ def write_hex_vtu(
 
 def write_polycube_vtu(path: Path, polycube: Polycube) -> Path:
     """Write one hexahedron per occupied box, with its grid cell and primitive."""
-    boxes = np.argwhere(polycube.occupancy)
-    corners = boxes[:, None] + PLACES  # (C, 8, 3) indices of the knots
+    corners = np.argwhere(polycube.occupancy)[:, None] + PLACES  # (C, 8, 3) indices of the knots
     used, hexes = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     knots = zip(polycube.knots, used.T, strict=True)
     points = np.stack([own[index] for own, index in knots], axis=1)
@@ -191,8 +190,7 @@ def _array(name: str, array: np.ndarray, data: IO[bytes] | None) -> bytes:
     little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
     parts = _compressed(little.reshape(-1).view(np.uint8).data)
     if data is None:
-        content = b"".join(map(base64.b64encode, parts))
-        end = b' format="binary">' + content + b"</DataArray>\n"
+        end = b' format="binary">' + b"".join(map(base64.b64encode, parts)) + b"</DataArray>\n"
     else:
         end = f' format="appended" offset="{data.tell()}"/>\n'.encode()
         data.writelines(parts)

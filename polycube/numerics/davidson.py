@@ -130,6 +130,5 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _combined(a: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """A tall matrix times a small one."""
     found = np.empty((len(a), turn.shape[1]))
-    cuts = parts(len(a), ROWS)
-    side_by_side([partial(np.matmul, a[cut], turn, out=found[cut]) for cut in cuts])
+    side_by_side([partial(np.matmul, a[cut], turn, out=found[cut]) for cut in parts(len(a), ROWS)])
     return found

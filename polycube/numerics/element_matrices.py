@@ -150,8 +150,7 @@ def colours(functions: ElementFunctions, size: int) -> list[np.ndarray]:
     colour = np.full(len(ends) - 1, -1)
     for run, others in enumerate(np.split(near.indices, near.indptr[1:-1])):
         colour[run] = np.setdiff1d(np.arange(len(others) + 1), colour[others])[0]
-    order = np.argsort(colour, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(colour))[:-1])
+    return np.split(np.argsort(colour, kind="stable"), np.cumsum(np.bincount(colour))[:-1])
 
 
 def _incidence(functions: ElementFunctions, size: int, ends: np.ndarray) -> csr_matrix:

@@ -121,8 +121,7 @@ class Factor:
         """Solution (n,) or (n, k) for right-hand sides; several cost little more than one."""
         right = np.asarray(right, np.float64)
         scale = self.scale[:, None]
-        x = right.reshape(len(scale), -1)[self.order] * scale
-        x = x.astype(self.diagonal[0].dtype)
+        x = (right.reshape(len(scale), -1)[self.order] * scale).astype(self.diagonal[0].dtype)
         (trsm,) = get_blas_funcs(["trsm"], [x])
         for k in range(len(self.later)):
             a, b = self.starts[k : k + 2]

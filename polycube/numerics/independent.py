@@ -12,8 +12,7 @@ def independent(gram: csc_matrix) -> np.ndarray:
     norm = gram.diagonal()
     scale = diags(1 / np.sqrt(norm))
     unit = scale @ gram @ scale + 1e-13 * eye(len(norm))
-    pivots = _pivots(csc_matrix(unit), "MMD_AT_PLUS_A")
-    if pivots.min() > DEPENDENT:
+    if _pivots(csc_matrix(unit), "MMD_AT_PLUS_A").min() > DEPENDENT:
         return np.ones(len(norm), bool)
     order = np.argsort(-np.round(norm / norm.max(), 6), kind="stable")
     found = np.zeros(len(norm), bool)
@@ -23,6 +22,5 @@ def independent(gram: csc_matrix) -> np.ndarray:
 
 def _pivots(matrix: csc_matrix, order: str) -> np.ndarray:
     """(n,) pivots of the Cholesky factorisation, by column."""
-    options = {"SymmetricMode": True}
-    factor = splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options=options)
+    factor = splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return factor.U.diagonal()[factor.perm_c]

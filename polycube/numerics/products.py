@@ -35,8 +35,7 @@ class Symmetric:
         above = self.blocks.copy()
         above[self.indptr[1:] - 1] = 0  # the diagonal is in the lower triangle
         lower = bsr_matrix((self.blocks, self.indices, self.indptr), self.shape)
-        upper = bsr_matrix((above, self.indices, self.indptr), self.shape)
-        return lower + upper.T
+        return lower + bsr_matrix((above, self.indices, self.indptr), self.shape).T
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:
         """Product with vectors (n C,) or (n C, k)."""

@@ -39,8 +39,7 @@ def side_by_side(calls: Sequence[Callable[[], Result]]) -> list[Result]:
 def parts(number: int, least: int) -> list[slice]:
     """Up to `MOST` equal slices of a number of items, each of at least `least` items."""
     count = max(1, min(MOST, number // least))
-    ends = [number * k // count for k in range(count + 1)]
-    return [slice(a, b) for a, b in pairwise(ends)]
+    return [slice(a, b) for a, b in pairwise([number * k // count for k in range(count + 1)])]
 
 
 def cores() -> int:

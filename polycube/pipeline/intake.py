@@ -23,11 +23,10 @@ def read_part(settings: Settings, clock: Clock) -> RunState:
     reader = partial(read_repaired, path, settings.cad, settings.repair, settings.points)
     read = clock.run("read", reader)
     notes = [*cad_sets(read.surface).renamed(), *sharp_places(read.surface)]
-    warnings = (*read.warnings, *(f"{path}: {sentence}" for sentence in notes))
     return RunState(
         read.surface,
         path=path,
-        warnings=warnings,
+        warnings=(*read.warnings, *(f"{path}: {sentence}" for sentence in notes)),
         repair=None if read.repair is None else asdict(read.repair),
         points=None if read.points is None else asdict(read.points),
     )

@@ -160,8 +160,7 @@ class Run:
         if history is None or state.ranked is not history.ranked:
             only = state.chosen if is_resumed else None
             history = History(self.task(state, stages), [*state.ranked], only=only)
-        ended = search(history, self.policy)
-        return self.finish_search(history, stages, ended)
+        return self.finish_search(history, stages, search(history, self.policy))
 
     def task(self, state: RunState, stages: Sequence[Stage]) -> Task:
         """What the search works on: from a state, with the stages before those that run once."""

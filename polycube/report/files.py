@@ -126,9 +126,8 @@ def write_results(
 
 def write_hexes(path: Path, hexes: HexMesh, surface: TriMesh, polycube: Polycube | None) -> Path:
     """Write the hex mesh with measures, sets, primitives and distances from the surface."""
-    context = polycube.context if polycube else ()
     off = {"off_surface": quality.off_surface(hexes, surface)}
-    return vtk.write_hex_vtu(path, hexes, context, off)
+    return vtk.write_hex_vtu(path, hexes, polycube.context if polycube else (), off)
 
 
 def _write_state(folder: Path, state: RunState, settings: Settings) -> None:
@@ -161,8 +160,7 @@ def _write_spline(folder: Path, state: RunState, spline: Spline, settings: Setti
     np.savez_compressed(folder / "spline.npz", **arrays, **matrix)
     if state.solution is not None:
         is_curved = settings.files.has_curved_cells(n_elements)
-        precision = settings.files.precision
-        bezier.write_solution(folder, spline, state.solution, is_curved, precision)
+        bezier.write_solution(folder, spline, state.solution, is_curved, settings.files.precision)
 
 
 def _write_json(path: Path, value: Mapping[str, object]) -> None:

@@ -60,8 +60,7 @@ class Again(Move):
     def subdivision(self, history: History) -> Any:
         """The plugin that made the hexes; None if the mesh was given."""
         options, stages = history.outcomes[self.of].options, history.task.fit
-        plugins = {s.kind: s.plugin for s in with_options(stages, options)}
-        return plugins.get(SUBDIVIDE)
+        return {s.kind: s.plugin for s in with_options(stages, options)}.get(SUBDIVIDE)
 
     def asked(self, history: History, method: str, value: object) -> Mapping[str, object] | None:
         """Options by a method of the subdivision; None if it does not have the method."""

@@ -156,8 +156,7 @@ def check_options(stages: Sequence[Stage], bundle: Mapping[str, Any]) -> None:
     plugins = {stage.kind: stage.plugin for stage in stages}
     for name, value in bundle.items():
         variants = variants_of({name: value})
-        options = [(k, each[k]) for each in variants for k in each if k in plugins]
-        for kind, replaced in options:
+        for kind, replaced in [(k, each[k]) for each in variants for k in each if k in plugins]:
             lacking = sorted(set(replaced) - set(_known(plugins[kind], replaced)))
             if not lacking:
                 continue

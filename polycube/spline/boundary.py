@@ -172,10 +172,9 @@ def deviation(spline: Spline, surface: TriMesh) -> Deviation:
     points, _, _ = sampling(spline, *grid(np.arange(PIECES + 1) / PIECES))
     own = goal.to_unit(points @ (spline.extraction @ spline.control))
     there = np.linalg.norm(goal.smooth(*goal.closest(own))[0] - own, axis=1)
-    faces = triangles(own, PIECES)
     flat = goal.closest(goal.samples(SAMPLES)[0])
     others = np.concatenate([goal.smooth(*flat)[0], goal.surface.vertices])
-    here = closest.distance(closest.tree(faces), others)
+    here = closest.distance(closest.tree(triangles(own, PIECES)), others)
     both, places = np.concatenate([there, here]), np.concatenate([own, others])
     return Deviation(
         Distances.of(there),

@@ -147,9 +147,8 @@ def _numbered(mesh: HexMesh, nodes: int) -> tuple[np.ndarray, np.ndarray]:
     n, n_hexes = len(mesh.vertices), len(mesh.hexes)
     ends, edge, _ = unique_rows(np.sort(mesh.hexes[:, EDGE_ENDS].reshape(-1, 2), axis=1))
     sides = np.sort(np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1), axis=2)
-    of_quad = n + np.searchsorted(ends @ [n, 1], sides @ [n, 1])
     hexes = [mesh.hexes, n + edge.reshape(n_hexes, 12)]
-    quads = [mesh.quads, of_quad]
+    quads = [mesh.quads, n + np.searchsorted(ends @ [n, 1], sides @ [n, 1])]
     if nodes == 27:
         n += len(ends)
         corners, face, _ = unique_rows(np.sort(mesh.hexes[:, FACES].reshape(-1, 4), axis=1))
@@ -191,11 +190,10 @@ def _log(found: HexElements, spline: Spline | None) -> None:
     where = "with straight edges, because there is no spline" if spline is None else "on the spline"
     logger.info("%d hexes of %d nodes %s", n_hexes, nodes, where)
     if found.straightened:
-        number = f"{found.straightened} of {n_hexes} hexes of {nodes} nodes"
         logger.warning(
             "warning: %s have straight edges, because det J > 0 is not certain with curved ones, "
             "or they contain spline elements of several levels",
-            number,
+            f"{found.straightened} of {n_hexes} hexes of {nodes} nodes",
         )
     if found.inverted:
         logger.warning("warning: %d hexes of %d nodes may be inverted", found.inverted, nodes)

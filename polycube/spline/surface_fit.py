@@ -50,11 +50,8 @@ def fit_to_surface(
     if np.abs(places - unit.control[touched]).max() < EXACT:
         return spline
     moved = _follow(graph, touched, places, unit.control)
-    control = _positive(options, unit, moved, matcher, graph)
-    result = replace(spline, control=goal.to_model(control))
-    if min_detj(result).lower_bound <= 0 < min_detj(spline).lower_bound:
-        return spline
-    return result
+    result = replace(spline, control=goal.to_model(_positive(options, unit, moved, matcher, graph)))
+    return spline if min_detj(result).lower_bound <= 0 < min_detj(spline).lower_bound else result
 
 
 def _positive(
@@ -84,8 +81,7 @@ def _positive(
         wanted = options.floor * (part if low > 0 else FIRST)
         if low >= wanted:
             break
-        matches = matcher(best[0].control)
-        higher = raised(*best, wanted, options.floor, share, matches, graph)
+        higher = raised(*best, wanted, options.floor, share, matcher(best[0].control), graph)
         kept = np.minimum(best[1], KEPT * options.floor)
         tries = at(higher), at(damped(best[0], higher, kept, share))
         reached, tried = max(((value(each), each) for each in tries), key=itemgetter(0))

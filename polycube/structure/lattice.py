@@ -64,8 +64,7 @@ def lattice(
     i, j, k = (int(n) for n in grid)
     voxels = cells.reshape(i, j, k, 3, 3, 3).transpose(0, 3, 1, 4, 2, 5)
     x, y, z = (np.arange(3 * n + 1) / 3 for n in (i, j, k))
-    occupancy = voxels.reshape(3 * i, 3 * j, 3 * k)
-    return Polycube(occupancy, x, y, z, (i, j, k), tuple(context))
+    return Polycube(voxels.reshape(3 * i, 3 * j, 3 * k), x, y, z, (i, j, k), tuple(context))
 
 
 def of_bricks(full: np.ndarray, brick: str) -> Polycube:
@@ -109,31 +108,24 @@ def boundary(polycube: Polycube) -> Boundary:
     index = np.unravel_index(used, shape)
     vertices = np.stack([knots[i] for knots, i in zip(polycube.knots, index, strict=True)], 1)
     quads = quads.reshape(-1, 4)
-    return Boundary(vertices, quads, axis, _patches(quads, axis), box)
+    # two quads that share an edge and have the same orientation are in the same plane
+    key = 6 * edges(quads)[2] + np.repeat(axis, 4)
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    patch = connected(order[:-1][same] // 4, order[1:][same] // 4, len(quads))
+    return Boundary(vertices, quads, axis, patch, box)
 
 
 def exposed(occupancy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Box faces between full and empty: axis label (Q,) and the full box (Q, 3)."""
     boxes, padded = np.argwhere(occupancy), np.pad(occupancy, 1)
-    is_free = [~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD]
-    axis, box = np.nonzero(is_free)
+    axis, box = np.nonzero([~padded[tuple((boxes + 1 + outward).T)] for outward in OUTWARD])
     return axis, boxes[box]
 
 
 def nearest_axis(normals: np.ndarray) -> np.ndarray:
     """(N,) axis label of the direction closest to each normal (N, 3)."""
     return (normals @ OUTWARD.T).argmax(axis=1)
-
-
-def _patches(quads: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(Q,) number of the planar face of each quad, in order of first appearance.
-
-    Two quads that share an edge and have the same orientation are in the same plane.
-    """
-    key = 6 * edges(quads)[2] + np.repeat(axis, 4)
-    order = np.argsort(key, kind="stable")
-    same = np.diff(key[order]) == 0
-    return connected(order[:-1][same] // 4, order[1:][same] // 4, len(quads))
 
 
 def corners(surface: Boundary) -> np.ndarray:
@@ -178,7 +170,6 @@ def cell_and_wall(polycube: Polycube, surface: Boundary) -> np.ndarray:
         if step == 0 or not np.array_equal(knots[::step], np.arange(n_cells + 1)):
             raise ValueError(f"cells of a collapsed polycube are not known; knots {knots}")
     inside = np.argwhere(polycube.occupancy)[surface.box]  # (Q, 3)
-    outside = inside + OUTWARD[surface.axis]
     filled = np.array([name is not None for name in polycube.context]).reshape(grid)
-    into = np.pad(filled, 1)[tuple((outside // size + 1).T)]
+    into = np.pad(filled, 1)[tuple(((inside + OUTWARD[surface.axis]) // size + 1).T)]
     return np.stack([np.ravel_multi_index((inside // size).T, grid), into])

@@ -139,8 +139,7 @@ def _robust(
         reach = outlier * max(1.0, 3 - 4 * step / ROUNDS)  # wide in the first steps
         trust = _trust(residual - weights @ moved, reach)
         weighted = weights.multiply((trust / trust.sum())[:, None]).T.tocsr()
-        form = (weighted @ weights).toarray() + energy
-        moved = solve(form, weighted @ residual, assume_a="pos")
+        moved = solve((weighted @ weights).toarray() + energy, weighted @ residual, assume_a="pos")
     return moved
 
 

@@ -48,8 +48,7 @@ def tree(
 def _centres(corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """(T, 6) twice the centres and normals; normals count less for the division of triangles."""
     middle = corners.min(axis=1) + corners.max(axis=1)
-    extent = np.ptp(middle, axis=0).max(initial=0)
-    return np.hstack([middle, 0.1 * extent * (2 * normals)])
+    return np.hstack([middle, 0.1 * np.ptp(middle, axis=0).max(initial=0) * (2 * normals)])
 
 
 def moved(tree: Tree, corners: np.ndarray, normals: np.ndarray) -> Tree:

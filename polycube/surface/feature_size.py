@@ -93,8 +93,7 @@ def _on_curves(goal: Target) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         arc = np.linspace(0, crease.length, max(3, int(crease.length / SPACING) + 1))
         away = np.full(len(arc), np.inf) if crease.is_loop else np.minimum(arc, arc[::-1])
         length = np.full(len(arc), LARGE if crease.is_loop else min(crease.length / 2, LARGE))
-        own = np.full(len(arc), number)
-        rows.append(np.column_stack([crease.at(arc)[0], away, length, own]))
+        rows.append(np.column_stack([crease.at(arc)[0], away, length, np.full(len(arc), number)]))
     table = np.concatenate(rows)
     points, away, wanted, owner = table[:, :3], table[:, 3], table[:, 4], table[:, 5].astype(int)
     one, two = cKDTree(points).query_pairs(NEAR, output_type="ndarray").T

@@ -48,8 +48,7 @@ def broad_turns(
         facing = normals[face[point]]
         facing -= np.einsum("nd,nd->n", facing, along[edge])[:, None] * along[edge]
         across = np.cross(along, _sums(edge, facing, len(sides)))
-        off = points[point] - start[edge]
-        is_right = np.einsum("nd,nd->n", off, across[edge]) > 0
+        is_right = np.einsum("nd,nd->n", points[point] - start[edge], across[edge]) > 0
         a, b = (_sums(edge[on], facing[on], len(sides)) for on in (is_right, ~is_right))
         turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("nd,nd->n", a, b))
         return np.where((a == 0).all(axis=1) | (b == 0).all(axis=1), np.pi, turn)
@@ -86,8 +85,7 @@ def steady_normals(
 
 def _in_turn(function: Callable[[np.ndarray], np.ndarray], rows: np.ndarray) -> np.ndarray:
     """Evaluate a function in batches of rows, each of which uses about a hundred points."""
-    parts = np.array_split(rows, 1 + len(rows) // ROWS)
-    return np.concatenate([function(part) for part in parts])
+    return np.concatenate([function(part) for part in np.array_split(rows, 1 + len(rows) // ROWS)])
 
 
 def _near(tree: cKDTree, places: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:

@@ -61,9 +61,8 @@ def frames(surface: TriMesh) -> list[np.ndarray]:
         return np.log(spread) + np.log(np.ptp(hull @ rotation.T, axis=0)).sum() / 3
 
     found = [_descend(misfit, start) for start in starts]
-    best = min([*found, *starts], key=misfit)
     distinct: list[np.ndarray] = []
-    for rotation in (best, found[0], main, box):
+    for rotation in (min([*found, *starts], key=misfit), found[0], main, box):
         if not any((np.abs(rotation @ each.T).max(axis=1) > SAME).all() for each in distinct):
             distinct.append(rotation)
     return distinct

@@ -22,9 +22,13 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
 
     The work grows as F log F; raises InputError if the boxes of too many faces overlap.
     """
-    corners = surface.vertices[surface.faces]
-    corners = (corners - surface.vertices.mean(axis=0)) / diagonal(surface)
-    if _comparisons(corners) > max(MOST, OF_FACE * len(corners)):
+    corners = (surface.vertices[surface.faces] - surface.vertices.mean(axis=0)) / diagonal(surface)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    chosen = np.linspace(0, len(corners) - 1, min(SAMPLES, len(corners))).astype(int)
+    near = [((low <= high[i]) & (low[i] <= high)).all(axis=1).sum() for i in chosen]
+    # six for each pair of faces whose boxes overlap
+    comparisons = float(3 * len(corners) * np.mean(near))
+    if comparisons > max(MOST, OF_FACE * len(corners)):
         why = f"too many of the {len(surface.faces)} faces lie close to many others"
         raise InputError(f"intersecting faces were not searched for: {why}")
     pairs = meeting(surface.vertices, surface.faces, 1)
@@ -45,14 +49,6 @@ def meeting(vertices: np.ndarray, faces: np.ndarray, shared: int) -> np.ndarray:
     common = (first[:, :, None] == second[:, None]).sum(axis=(1, 2))
     pairs = pairs[common <= shared]
     return pairs[np.lexsort(pairs.T[::-1])]
-
-
-def _comparisons(corners: np.ndarray) -> float:
-    """Six for each pair of faces (F, 3, 3) whose boxes overlap, estimated from some of them."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    chosen = np.linspace(0, len(corners) - 1, min(SAMPLES, len(corners))).astype(int)
-    near = [((low <= high[i]) & (low[i] <= high)).all(axis=1).sum() for i in chosen]
-    return float(3 * len(corners) * np.mean(near))
 
 
 def _pierces(corners: np.ndarray) -> np.ndarray:

@@ -51,8 +51,7 @@ def corner_angles(surface: TriMesh) -> np.ndarray:
     corners = surface.vertices[surface.faces]
     onward = np.roll(corners, -1, axis=1) - corners
     back = np.roll(corners, 1, axis=1) - corners
-    sine = np.linalg.norm(np.cross(onward, back), axis=2)
-    return np.arctan2(sine, (onward * back).sum(axis=2))
+    return np.arctan2(np.linalg.norm(np.cross(onward, back), axis=2), (onward * back).sum(axis=2))
 
 
 def diagonal(surface: TriMesh) -> float:

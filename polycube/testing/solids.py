@@ -49,8 +49,7 @@ def solid(primitive: str = "cube", size: float = 15.0) -> Solid:
     rough_map = affine_map(polycube, np.diag(SIDES), PLACE)
     hexes = mesh(polycube, rough_map, counts(polycube, rough_map, size))
     outer, faces = np.unique(hexes.quads[:, [[0, 1, 2], [0, 2, 3]]], return_inverse=True)
-    surface = TriMesh(hexes.vertices[outer], faces.reshape(-1, 3))
-    return Solid(surface, polycube, rough_map, hexes)
+    return Solid(TriMesh(hexes.vertices[outer], faces.reshape(-1, 3)), polycube, rough_map, hexes)
 
 
 def half_ring(inner: float = 20, height: float = 10, leg: float = 0) -> TriMesh:

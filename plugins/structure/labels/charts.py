@@ -54,9 +54,8 @@ def charts(pieces: Pieces, label: np.ndarray, with_creases: bool) -> Charts:
         on = label // 2 == axis
         vertex, owner = faces[on].ravel(), np.repeat(chart[on], 3)
         links = np.empty((0, 2), int) if creases is None else creases[axis]
-        size = n_vertices + len(chart_label)
         ends = np.append(n_vertices + owner, links[:, 1])
-        component = connected(np.append(vertex, links[:, 0]), ends, size)
+        component = connected(np.append(vertex, links[:, 0]), ends, n_vertices + len(chart_label))
         inside = np.append(vertex, links.ravel())
         used = np.unique(component[inside])
         group[axis, inside] = np.searchsorted(used, component[inside])

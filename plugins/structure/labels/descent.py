@@ -180,7 +180,6 @@ def groups(pieces: Pieces, problem: Problem) -> Groups:
         members.append((tuple(own.tolist()), -1))
     distinct = {m: cut for m, cut in sorted(members, key=lambda entry: entry[1])}
     names = list(distinct)
-    start = np.cumsum([0, *map(len, names)])
     belongs = np.zeros((len(names), len(pieces.face)), bool)
     for row, name in enumerate(names):
         belongs[row, list(name)] = True
@@ -191,7 +190,7 @@ def groups(pieces: Pieces, problem: Problem) -> Groups:
     linked &= (belongs.astype(int) @ belongs.T.astype(int)) == 0
     lean = np.array([problem.lean[list(name)].max(axis=0) for name in names])
     return Groups(
-        start,
+        np.cumsum([0, *map(len, names)]),
         np.concatenate(names).astype(np.int64),
         np.array(list(distinct.values())),
         np.ascontiguousarray(np.argwhere(np.triu(linked, 1))),

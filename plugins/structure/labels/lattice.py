@@ -61,8 +61,7 @@ def bricks(
     placed = np.stack([positions(*axis) for axis in axes], axis=1)
     shape = tuple(len(k) - 1 for k in knots)
     middles = np.argwhere(np.ones(shape, bool)) + 0.5 + OFF
-    winding = winding_numbers(TriMesh(placed, surface.faces), middles)
-    full = (winding > 0.5).reshape(shape)
+    full = (winding_numbers(TriMesh(placed, surface.faces), middles) > 0.5).reshape(shape)
     if not full.any():
         return None
     covered = _covered(full, charts, placed, surface.faces, index)

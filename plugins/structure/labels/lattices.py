@@ -56,8 +56,7 @@ class OnBricks(NamedTuple):
         """The candidate of the bricks, each a primitive with the given name."""
         polycube = of_bricks(self.full, brick)
         placed = TriMesh(self.placed, self.surface.faces)
-        points = self.surface.vertices @ view.place
-        rough_map = fitted(self.knots, placed, points, smoothness)
+        rough_map = fitted(self.knots, placed, self.surface.vertices @ view.place, smoothness)
         key = structure_key(polycube, np.eye(3), view.number)
         return Candidate(proposal, polycube, rough_map, cost, key)
 
@@ -79,7 +78,11 @@ def fitted(
     bending = _differences(shape, (x, y, z))
     matrix = weights((u, v, w), placed.vertices)
     lattice = np.stack(np.meshgrid(u, v, w, indexing="ij"), axis=-1).reshape(-1, 3)
-    node, goal = _on_surface(lattice, placed, points)
+    # points of the lattice on the placed surface, and their positions in the part
+    tree = closest.tree(placed.vertices[placed.faces], face_normals(placed))
+    nearest, face, share = closest.closest(tree, lattice)
+    node = np.flatnonzero(np.linalg.norm(nearest - lattice, axis=1) < ON)
+    goal = np.einsum("nk,nkd->nd", share, points[placed.faces[face]])[node]
     middle = points.mean(axis=0)
     normal = matrix.T @ matrix / len(points) + smoothness / size * (bending.T @ bending)
     pull = np.full(size, LEAST)
@@ -90,16 +93,6 @@ def fitted(
     right = matrix.T @ (points - middle) / len(points) + goals
     positions = factorize(csr_matrix(normal), lattice).solve(right) + middle
     return RoughMap(u, v, w, positions.reshape(*shape, 3))
-
-
-def _on_surface(
-    lattice: np.ndarray, placed: TriMesh, points: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points (M,) of a lattice on the placed surface, and their positions in the part."""
-    tree = closest.tree(placed.vertices[placed.faces], face_normals(placed))
-    nearest, face, share = closest.closest(tree, lattice)
-    on = np.linalg.norm(nearest - lattice, axis=1) < ON
-    return np.flatnonzero(on), np.einsum("nk,nkd->nd", share, points[placed.faces[face]])[on]
 
 
 def controls(knots: list[np.ndarray]) -> PerAxis:

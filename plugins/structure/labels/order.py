@@ -136,8 +136,7 @@ def spaced(
         return constants
     scale = np.abs(np.diag(form)).max()
     root = np.linalg.cholesky(form / scale + 1e-9 * np.eye(len(form)))
-    reduced = np.linalg.solve(root, rows.T)
-    matrix = np.vstack([reduced, missing])
+    matrix = np.vstack([np.linalg.solve(root, rows.T), missing])
     goal = np.append(np.zeros(len(form)), 1.0)
     weights, _ = nnls(matrix, goal, maxiter=50 * len(low))
     residual = matrix @ weights - goal

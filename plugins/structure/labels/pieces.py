@@ -148,7 +148,10 @@ def arcs(pieces: Pieces) -> Arcs:
     first, second = np.where(swap, second, first), np.where(swap, first, second)
     ends = half_edges(faces)[first]
     count = np.bincount(ends.ravel(), minlength=len(pieces.surface.vertices))
-    arc = _chains(ends, count)
+    # of each border edge; edges are connected at points with exactly two of them
+    point, edge = ends.ravel(), np.repeat(np.arange(len(ends)), 2)
+    inner = count[point] == 2
+    arc = connected(edge[inner], len(ends) + point[inner], len(ends) + len(count))[: len(ends)]
     number = int(arc.max(initial=-1)) + 1
     _, one = np.unique(arc, return_index=True)
     sides = np.stack([piece[first[one] // 3], piece[second[one] // 3]], axis=1)
@@ -171,14 +174,6 @@ def arcs(pieces: Pieces) -> Arcs:
     cuts = np.where(is_cut, 2 * face[:, 0] + apart.argmax(axis=1), -1)
     on_crease, inside = bend < CREASE, np.pi - mean
     return Arcs(sides, length, turn, cuts, on_crease, inside, start, around // 2, around % 2)
-
-
-def _chains(ends: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Arc (E,) of each border edge: edges connected at points with exactly two of them."""
-    point, edge = ends.ravel(), np.repeat(np.arange(len(ends)), 2)
-    inner = count[point] == 2
-    link = len(ends) + point[inner]
-    return connected(edge[inner], link, len(ends) + len(count))[: len(ends)]
 
 
 def _fans(

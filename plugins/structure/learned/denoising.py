@@ -52,9 +52,8 @@ def denoised(
         turns = [batch[index].rotation for index in rows]
         contexts = [batch[index].polycube.context for index in rows]
         ways = zip(turns, contexts, strict=True)
-        placed = [denoiser.frame(surface.vertices, *way).apply(points) for way in ways]
         result = denoiser.denoise(
-            np.stack(placed),
+            np.stack([denoiser.frame(surface.vertices, *way).apply(points) for way in ways]),
             np.stack([normals @ turn.T for turn in turns]),
             contexts,
             build("sampler", sampler),

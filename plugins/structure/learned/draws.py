@@ -47,8 +47,7 @@ class Cloud(NamedTuple):
         """
         middle = surface.vertices[surface.faces].mean(axis=1)
         there = np.hstack([middle, LOOK / 2 * face_normals(surface)])
-        tree = cKDTree(np.hstack([self.points, LOOK / 2 * self.normals]))
-        near = tree.query(there, k=NEAR)[1]
+        near = cKDTree(np.hstack([self.points, LOOK / 2 * self.normals])).query(there, k=NEAR)[1]
         corners, number = surface.faces.ravel(), len(surface.vertices)
         moved = np.repeat(self.moved[near].mean(axis=1), 3, axis=0)
         weight = np.repeat(face_areas(surface), 3)
@@ -102,9 +101,8 @@ def _clouds(
     sampled = [sample(each, n_points, rng) for each, _ in turned for _ in range(n_clouds)]
     points, normals = (np.stack(rows) for rows in zip(*sampled, strict=True))
     frames = [learning_frame(each.vertices, r) for each, r in turned for _ in range(n_clouds)]
-    normalised = np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)])
     denoised = denoiser.denoise(
-        normalised,
+        np.stack([frame.apply(p) for frame, p in zip(frames, points, strict=True)]),
         np.stack([n @ frame.rotation.T for frame, n in zip(frames, normals, strict=True)]),
         [genus] * number,
         build("sampler", sampler),

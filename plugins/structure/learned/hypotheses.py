@@ -139,8 +139,7 @@ def guesses(
         sides = [knots[-1] - knots[0] for knots in polycube.knots]
         stretched = np.log(extent / sides).std()
         log_p = mean[frame, key]
-        share = float(np.exp(log_p) / total[frame])
-        guess = Guess(polycube, placed[index], key, log_p, share)
+        guess = Guess(polycube, placed[index], key, log_p, float(np.exp(log_p) / total[frame]))
         found.append((-log_p, key, stretched, guess))
     return [guess for *_, guess in sorted(found, key=lambda row: row[:3])]
 

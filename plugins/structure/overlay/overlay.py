@@ -125,8 +125,7 @@ class Overlay(OnGrid, Structure):
         first, *others = sorted((size / times for times in self.finer), reverse=True) or [size]
         smallest = min((volume(surface) / self.most) ** (1 / 3), first)
         cells = sorted({first, *(max(cell, smallest) for cell in others)}, reverse=True)
-        around = edges_around(self.around_hole)
-        wanted = detail_size(goal, self.across_wall, around) * goal.scale
+        wanted = detail_size(goal, self.across_wall, edges_around(self.around_hole)) * goal.scale
         least = max(wanted, size / self.finest, smallest)
         return [*cells, least] if least < SMALLER * cells[-1] else cells
 

@@ -39,8 +39,7 @@ def planes(surface: TriMesh, axis: int, size: float, doublings: int = 1) -> np.n
     wide, order = 2**doublings * size, np.argsort(-areas, kind="stable")
     order = order[areas[order] >= LEAST * size**2]
     for number in order:
-        gap = min(abs(places[number] - other) for other in fixed)
-        if gap >= NEAREST * wide:
+        if min(abs(places[number] - other) for other in fixed) >= NEAREST * wide:
             fixed.append(float(places[number]))
     fixed.sort()
     parts = [max(1, round((b - a) / wide)) for a, b in pairwise(fixed)]

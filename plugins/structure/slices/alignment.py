@@ -167,8 +167,7 @@ def slab_patterns(
     for n_cells in range(1, grid[0] + 1):
         for cells in itertools.product(slabs_of, repeat=n_cells):
             slabs = _merge("".join(slabs_of[name] for name in cells))
-            context = cells + (None,) * (grid[0] - n_cells)
-            polycube = collapse(lattice(grid, context, primitives))
+            polycube = collapse(lattice(grid, cells + (None,) * (grid[0] - n_cells), primitives))
             if is_manifold(polycube):
                 polycubes.setdefault(slabs, []).append(polycube)
     ordered = sorted(polycubes, key=lambda slabs: (len(slabs), slabs))

@@ -79,8 +79,7 @@ def analysed(
         is_elastic = isinstance(given[0], Material)
         each = Material.of_elements(given, solid) if is_elastic else np.array(given)[solid]
         plugin = build("analysis", {**cfg["analysis"], "units": problem.units})
-        solve = partial(provide(plugin, of_elements=each), spline)
-        solution = clock.run("analysis", solve)
+        solution = clock.run("analysis", partial(provide(plugin, of_elements=each), spline))
     except InputError as error:
         if problem.places and not has_deck:
             raise

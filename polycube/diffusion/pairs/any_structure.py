@@ -55,9 +55,8 @@ def tessellate(occupancy: np.ndarray, knots: PerAxis, pieces: int | None = None)
     vertices = np.stack([n[i] for n, i in zip(nodes, index, strict=True)], axis=1)
     quads = (np.cumsum(is_used) - 1)[number]
     plane = box[np.arange(len(axis)), axis // 2] + 1 - axis % 2
-    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     labels = axis.repeat(2 * pieces**2), plane.repeat(2 * pieces**2)
-    return Tessellation(vertices, quads, faces, *labels)
+    return Tessellation(vertices, quads, quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), *labels)
 
 
 def cut(knots: np.ndarray, pieces: int) -> np.ndarray:
@@ -74,8 +73,7 @@ def _corners(axis: np.ndarray, box: np.ndarray, pieces: int) -> np.ndarray:
     for normal in range(3):
         across = np.delete(np.arange(3), normal)
         piece[normal][..., across] = np.moveaxis(np.indices((pieces, pieces)), 0, -1)
-    is_normal = np.arange(3) == axis[:, None] // 2
-    scale = np.where(is_normal, pieces, 1)[:, None, None, None]
+    scale = np.where(np.arange(3) == axis[:, None] // 2, pieces, 1)[:, None, None, None]
     origin = pieces * box[:, None, None, None] + piece[axis // 2][:, :, :, None]
     return origin + scale * corner
 
@@ -188,8 +186,7 @@ class LatticePairs:
         if style != "cad":
             x = smoothed(x, surface.quads, int(rng.integers(options.smoothing + 1)))
             # so that thin and thick parts are bent in the same way
-            in_cube = np.concatenate([x, CUBE])
-            x = options.deformation.bent(in_cube, rng)[: -len(CUBE)]
+            x = options.deformation.bent(np.concatenate([x, CUBE]), rng)[: -len(CUBE)]
         polycube = Polycube(lattice.occupancy, *knots, (1, 1, 1), ("lattice",))
         return Part(learning_frame(x).apply(x), surface, polycube, lattice.genus, style)
 
@@ -203,6 +200,5 @@ def turned(part: Part, rotation: np.ndarray) -> Part:
     from_axis, sign = np.abs(rotation).argmax(axis=1), rotation.sum(axis=1)
     x, y, z = (np.sort(sign[a] * old.knots[from_axis[a]]) for a in range(3))
     polycube = Polycube(turn(old.occupancy, rotation), x, y, z, old.grid, old.context)
-    vertices = surface.vertices @ rotation.T
-    surface = surface._replace(vertices=vertices, axis=axis, knot=knot)
+    surface = surface._replace(vertices=surface.vertices @ rotation.T, axis=axis, knot=knot)
     return replace(part, geometry=part.geometry @ rotation.T, surface=surface, polycube=polycube)

@@ -57,8 +57,7 @@ class CadShapes:
             is_round = style.setdefault((each.kind, *size), bool(rng.random() < self.rounds))
             chosen += [each] if is_round and each.kind in (*DISCS, "slot") else []
         if rng.random() < self.turned:
-            whole = Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3)))
-            chosen.append(whole)
+            chosen.append(Feature("boss", (0, 0, 0), lattice.occupancy.shape, int(rng.integers(3))))
         return chosen
 
     def shaped(
@@ -70,10 +69,9 @@ class CadShapes:
         rng: np.random.Generator,
     ) -> np.ndarray:
         """(V, 3) points of the surface of the lattice between the knots, with CAD features."""
-        edges = rounding.edge_runs(lattice.occupancy, knots)
         lengths = [each[-1] - each[0] for each in knots]
         main = int(np.argmin(lengths) if rng.random() < FLAT else rng.integers(3))
-        fillets = self._fillets(edges, main, rng)
+        fillets = self._fillets(rounding.edge_runs(lattice.occupancy, knots), main, rng)
         for feature in rounds:
             fillets = with_round_section(fillets, feature, knots)
         x = rounding.rounded(vertices, fillets)

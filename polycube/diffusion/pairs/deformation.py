@@ -47,8 +47,7 @@ class Deformation:
 
     def deform(self, template: Template, rng: np.random.Generator) -> np.ndarray:
         """(V, 3) vertices of the template, deformed."""
-        x = self._rounded(template, rng)
-        return self.bent(self._warped(x, template, rng), rng)
+        return self.bent(self._warped(self._rounded(template, rng), template, rng), rng)
 
     def bent(self, x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(V, 3) points after all steps except rounding and warp, which need a template."""

@@ -62,8 +62,7 @@ class Pairs:
         deformed = learning_frame(deformed, box=box).apply(deformed)
         labels = np.stack([shape.axis, shape.cell, shape.wall], axis=1)
         surfaces, number = (deformed, shape.vertices), len(pixels_of(context, self.pads))
-        drawn = sampled(shape.faces, surfaces, labels, number, self.deformation, rng)
-        return Pair(*drawn, context)
+        return Pair(*sampled(shape.faces, surfaces, labels, number, self.deformation, rng), context)
 
     def shape(self, context: Context, rng: np.random.Generator) -> tuple[Template, np.ndarray]:
         """The polycube of a context, and the places (V, 3) of its vertices on a random geometry."""

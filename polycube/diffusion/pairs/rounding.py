@@ -173,9 +173,8 @@ def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
     The axis with the largest roundings is last, so that a chamfered hole or boss becomes round.
     """
     edges, radius, _ = fillets
-    much = [radius[edges.axis == axis].sum() for axis in range(3)]
     x = vertices.copy()
-    for axis in np.argsort(much, kind="stable"):
+    for axis in np.argsort([radius[edges.axis == axis].sum() for axis in range(3)], kind="stable"):
         used = (edges.axis == axis) & (radius > 0)
         if used.any():
             _move_along(int(axis), x, fillets, used)
@@ -185,8 +184,7 @@ def rounded(vertices: np.ndarray, fillets: Fillets) -> np.ndarray:
 def _move_along(axis: int, x: np.ndarray, fillets: Fillets, used: np.ndarray) -> None:
     """Move the points x by the used edges, all along one axis."""
     edges, radius = fillets.edges, fillets.radius[used]
-    run_out = np.where(edges.is_free[used], np.inf, radius[:, None])
-    after = np.minimum(edges.after[used], run_out)
+    after = np.minimum(edges.after[used], np.where(edges.is_free[used], np.inf, radius[:, None]))
     inner = np.maximum(1 - edges.depth[used] / radius, 0)
     sizes = np.column_stack([radius, fillets.norm[used], inner])
     order = np.array([(axis + 1) % 3, (axis + 2) % 3, axis])

@@ -118,6 +118,5 @@ def overlap(drawn: Polycube, truth: Polycube, scale: float) -> float:
 
 def _filled(solid: Polycube, places: list[np.ndarray]) -> np.ndarray:
     """(X, Y, Z) bool: whether the points of a grid are inside a solid."""
-    padded = np.pad(solid.occupancy, 1)
     index = [np.searchsorted(k, x) for k, x in zip(solid.knots, places, strict=True)]
-    return padded[np.ix_(*index)]
+    return np.pad(solid.occupancy, 1)[np.ix_(*index)]

@@ -32,19 +32,17 @@ def draws(seed: int, numbers: Tensor, steps: int, endpoint: float, image: tuple[
     """
     size = 3 * image[0] * image[1]
     u = uniform(seed, numbers, 4 + 2 * size)
-    t = 1 + (u[:, 0] * steps).long()
     turn = torch.where(u[:, 2] < 0.5, IDENTITY, (u[:, 3] * 24).long())
     radius = (-2 * (1 - u[:, 4 : 4 + size]).log()).sqrt()  # Box and Muller, 1958
     z = radius * (2 * torch.pi * u[:, 4 + size :]).cos()
-    return Draws(t, u[:, 1] < endpoint, turn, z.reshape(-1, 3, *image))
+    return Draws(1 + (u[:, 0] * steps).long(), u[:, 1] < endpoint, turn, z.reshape(-1, 3, *image))
 
 
 def uniform(seed: int, numbers: Tensor, count: int) -> Tensor:
     """(B, count) single precision numbers, uniform in [0, 1)."""
     stream = _mixed(_mixed(numbers + GOLDEN) + torch.full_like(numbers, seed) * GOLDEN)
     position = torch.arange(1, count + 1, device=numbers.device)
-    bits = _shifted(_mixed(stream[:, None] + position * GOLDEN), 64 - BITS)
-    return bits.float() / 2**BITS
+    return _shifted(_mixed(stream[:, None] + position * GOLDEN), 64 - BITS).float() / 2**BITS
 
 
 def _mixed(x: Tensor) -> Tensor:

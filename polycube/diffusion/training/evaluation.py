@@ -106,8 +106,7 @@ def summary(columns: Sequence[Columns]) -> dict[str, float]:
     means = {name: float(mean.mean()) for name, mean in own.items()}
     for name, mean in own.items():
         if len(mean) > 1 and not name.startswith("seconds"):
-            half = NORMAL_95 * mean.std(ddof=1) / len(mean) ** 0.5
-            means[f"{name}_interval"] = float(half)
+            means[f"{name}_interval"] = float(NORMAL_95 * mean.std(ddof=1) / len(mean) ** 0.5)
     if "error" in values:
         means["error_p95"] = float(np.percentile(np.concatenate(values["error"]), 95))
     if "seconds_in_batch" in means:
@@ -193,8 +192,7 @@ def _context_columns(
             rotation = rotations()[turn[batch]].transpose(0, 2, 1)  # (B, 3, 3)
             log_cells, log_aligned = denoiser.log_cells(points @ rotation, normals @ rotation)
             each = log_cells[:, np.arange(shapes.shape[1]), shapes[shapes_with_context]]
-            log_ps = each.sum(axis=2) + log_aligned[:, None]
-            for i, log_p in zip(batch, log_ps, strict=True):
+            for i, log_p in zip(batch, each.sum(axis=2) + log_aligned[:, None], strict=True):
                 right = int(np.flatnonzero(shapes_with_context == number[rows[i], turn[i]])[0])
                 ahead = log_p >= log_p[right]
                 rank = (ahead & (handles == handles[right])).sum() - 1

@@ -31,8 +31,7 @@ class Pictures(L.Callback):
             return
         if trainer.sanity_checking or not trainer.is_global_zero or module.example is None:
             return
-        images = [np.asarray(image[:ROWS]) for image in module.example]
-        picture = scatter(*images)
+        picture = scatter(*[np.asarray(image[:ROWS]) for image in module.example])
         logger.experiment.add_image(
             "geometry, x_0, truth", picture, module.global_step, dataformats="HWC"
         )

@@ -84,10 +84,9 @@ class Goals:
     def springs(self, weight: np.ndarray) -> list[Springs]:
         """Springs to the creases, free along them, and to the corners; weight (V,)."""
         w, c = weight[self.curve], weight[self.corner]
-        away = np.zeros((len(c), 3))
         return [
             pull(self.curve, self.curve_foot, self.direction, -w, w),
-            pull(self.corner, self.corner_goal, away, np.zeros(len(c)), c),
+            pull(self.corner, self.corner_goal, np.zeros((len(c), 3)), np.zeros(len(c)), c),
         ]
 
 

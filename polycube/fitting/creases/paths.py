@@ -55,12 +55,10 @@ class Route:
     @property
     def sagitta(self) -> float:
         """Largest distance of the crease from chords of equal length, one for each edge."""
-        arc = np.linspace(0, self.crease.length, len(self.sides) + 1)
-        places = self.crease.at(arc)[0]
+        places = self.crease.at(np.linspace(0, self.crease.length, len(self.sides) + 1))[0]
         if self.crease.is_loop:
             places[-1] = places[0]
-        middle = (places[1:] + places[:-1]) / 2
-        return float(self.crease.nearest(middle)[1].max())
+        return float(self.crease.nearest((places[1:] + places[:-1]) / 2)[1].max())
 
 
 def numbered(routes: Sequence[Route], features: Features) -> dict[int, np.ndarray]:
@@ -114,10 +112,8 @@ def _leaving_directions(features: Features) -> tuple[np.ndarray, np.ndarray, np.
             continue
         for end, sign in zip(crease.ends, (1, -1), strict=True):
             arc = 0.0 if sign > 0 else crease.length
-            step = min(STEP, crease.length)
-            to, _, inside = crease.at(np.array([arc + sign * step]))
-            direction = to[0] - features.corners[end]
-            rows.append([*unit(direction), inside[0], end])
+            to, _, inside = crease.at(np.array([arc + sign * min(STEP, crease.length)]))
+            rows.append([*unit(to[0] - features.corners[end]), inside[0], end])
     table = np.reshape(rows, (-1, 5))
     table = table[np.argsort(table[:, 4], kind="stable")]
     first = np.searchsorted(table[:, 4], np.arange(len(features.corners) + 1))

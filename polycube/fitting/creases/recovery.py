@@ -66,10 +66,9 @@ def recover_creases(problem: FitProblem, matching: Matching, best: State, rounds
         elif margin > -SHORT / 5:
             pull *= GROW
         last = state.jacobian
-        away = goals_of(problem, state.x, matching, every)
         weight = pull * (state.trust < 1) / problem.size(state.x) ** 2
         at = goals_of(problem, state.x, matching, state.trust)
-        springs = together([cover, *away.springs(weight)])
+        springs = together([cover, *goals_of(problem, state.x, matching, every).springs(weight)])
         x = raise_worst(problem, state.x, lengths, at, springs, BETA)
     logger.info("polish: creases within %.2f %%, %.2f %% before", 100 * off, 100 * before)
     return best
@@ -82,8 +81,7 @@ def _snapped_to_creases(
     every = np.ones(len(x))
     at = goals_of(problem, x, matching, every)
     y = snap(problem, x, at, floor, every).x
-    missed = np.linalg.norm(at.place(problem, x) - y, axis=1) > ON_GOAL
-    trust = np.where(missed, UNTRUSTED, 1.0)
+    trust = np.where(np.linalg.norm(at.place(problem, x) - y, axis=1) > ON_GOAL, UNTRUSTED, 1.0)
     return snap(problem, y, goals_of(problem, y, matching, trust), floor, trust)
 
 
@@ -105,9 +103,8 @@ def existing_paths(mesh: HexMesh, target: Target) -> dict[str, np.ndarray]:
     problem, x = FitProblem(mesh, target, samples=1), target.to_unit(mesh.vertices)
     size, creases = problem.size(x), target.followed.creases
     found = find_routes(target.followed, problem, x, ON)[0] if creases else []
-    paths = numbered(found, target.followed)
     return {
         str(k): path
-        for k, path in paths.items()
+        for k, path in numbered(found, target.followed).items()
         if (creases[k].nearest(x[path])[1] < ON * size[path]).all()
     }

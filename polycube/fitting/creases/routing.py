@@ -122,8 +122,7 @@ def cheapest(
         if not cost < best[1]:
             break
         best = path, cost
-        n = len(path)
-        anchors = path[((shares + 0.5 / ANCHORS) * n).astype(int)]
+        anchors = path[((shares + 0.5 / ANCHORS) * len(path)).astype(int)]
     return best
 
 

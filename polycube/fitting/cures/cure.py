@@ -167,8 +167,7 @@ class _Cures:
         least = max(self._gain, SHARE * poor.sum())
         left = np.where(self._tried, 0, poor)
         while left.any():
-            worst = left.argmax()
-            together = links.at(links.around(links.hexes[worst], self._rings))
+            together = links.at(links.around(links.hexes[left.argmax()], self._rings))
             seeds = together[np.argsort(-left[together], kind="stable")]
             seeds = seeds[left[seeds] > 0]
             if left[seeds].sum() > least:

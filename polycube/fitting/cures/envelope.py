@@ -126,8 +126,7 @@ def _slid(near: Neighbourhood, x: np.ndarray, lengths: np.ndarray, beta: float) 
     at = goals_of(problem, x, near.matching, np.ones(len(x)))
     least = energy.least_determinant(x, problem.hexes, lengths)
     terms = SLIDING._replace(beta=beta, offset=UNFOLD_OFFSET, floor=energy.bound(least))
-    whole = halved_energy(x, problem.hexes, lengths, terms)
-    return slid(problem, x, at, region, whole, [], 25)
+    return slid(problem, x, at, region, halved_energy(x, problem.hexes, lengths, terms), [], 25)
 
 
 def fit_in_envelope(
@@ -161,11 +160,10 @@ def fit_in_envelope(
             break
         offset = float(problem.scaled_jacobian(x).min())
         terms = IN_ENVELOPE._replace(beta=beta, offset=offset, floor=energy.bound(least))
-        whole = halved_energy(x, problem.hexes, lengths, terms)
         reach = np.full(len(x), np.inf)
         reach[problem.outer] = REACH * problem.size(x)[problem.outer]
         limits = (x, EVERY, reach), (at.place(problem, x), _off(free, at), permitted)
-        function = partial(_energy, free, whole, limits)
+        function = partial(_energy, free, halved_energy(x, problem.hexes, lengths, terms), limits)
         back = partial(reduce, _within_distance, limits)
         x = descend(function, x.copy(), ITERATIONS, retract=back)
         at = goals_of(problem, x, near.matching, np.ones(len(x)))

@@ -42,11 +42,9 @@ def samples_of(target: Target) -> Samples:
     points, _, cad_face = target.samples(SAMPLES)
     faces = [points[cad_face == face] for face in np.unique(cad_face[cad_face > 0])]
     each = [*corners, *curves, *faces]
-    count = [len(part) for part in each]
     kind = np.repeat([POINT, CURVE, FACE], [len(corners), len(curves), len(faces)])
-    feature = np.repeat(np.arange(len(each)), count)
-    sizes = np.concatenate(feature_sizes(target))
-    factor = Goal.features / Goal().limit(sizes)
+    feature = np.repeat(np.arange(len(each)), [len(part) for part in each])
+    factor = Goal.features / Goal().limit(np.concatenate(feature_sizes(target)))
     points = np.concatenate([np.zeros((0, 3)), *each])
     return Samples(points, kind[feature], feature, factor[feature])
 

@@ -132,8 +132,7 @@ def _runs(is_loop: bool, is_here: np.ndarray) -> Iterator[tuple[np.ndarray, int,
         return
     shift = int(np.flatnonzero(~is_here)[0]) if is_loop else 0
     marked = np.concatenate([[False], np.roll(is_here, -shift), [False]])
-    change = np.flatnonzero(marked[1:] != marked[:-1])
-    for start, high in change.reshape(-1, 2) + shift:
+    for start, high in np.flatnonzero(marked[1:] != marked[:-1]).reshape(-1, 2) + shift:
         if start >= n:
             start, high = start - n, high - n
         yield np.arange(start, high + 1) % n, int(start), int(high)
@@ -153,7 +152,6 @@ def with_detours(path: np.ndarray, is_loop: bool, detours: Detours) -> np.ndarra
     """A path with the new vertices between its old ones."""
     if not detours:
         return path
-    sides = path_sides(path, is_loop).tolist()
-    pieces = [[a, *detours.get((a, b), [])] for a, b in sides]
+    pieces = [[a, *detours.get((a, b), [])] for a, b in path_sides(path, is_loop).tolist()]
     last = [] if is_loop else [path[-1]]
     return np.array([*(v for each in pieces for v in each), *last], np.int64)

@@ -168,9 +168,8 @@ def _cut(plan: Plan) -> HexMesh | None:
 def _halved(mesh: HexMesh, plan: Plan, number: int) -> HexMesh:
     """The mesh in which the parts of inner blocks have become blocks of the level below."""
     level, first = _blocks(plan, mesh)
-    inner = _inner(plan.fine[number - 1])
     parts = np.flatnonzero(level == number)
-    parts = parts[inner[tuple(first[parts].T >> number)]]
+    parts = parts[_inner(plan.fine[number - 1])[tuple(first[parts].T >> number)]]
     half, vertices = 2 ** (number - 1), mesh.vertices.copy()
     corners = vertices[mesh.hexes[parts]]
     start = half * np.floor(corners.mean(axis=1) / half)

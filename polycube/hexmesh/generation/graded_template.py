@@ -72,8 +72,7 @@ def graded_mesh(
 def _named(mesh: HexMesh, polycube: Polycube, rough_map: RoughMap) -> HexMesh:
     """The mesh in model coordinates, with the closest patches and cells of the polycube."""
     boxes = np.argwhere(polycube.occupancy)
-    middle = mesh.vertices[mesh.hexes].mean(axis=1)
-    nearest = cKDTree(boxes + 0.5).query(middle)[1]
+    nearest = cKDTree(boxes + 0.5).query(mesh.vertices[mesh.hexes].mean(axis=1))[1]
     sides = lattice.boundary(polycube)
     tree = cKDTree(_places(sides.vertices, sides.quads))
     patch = sides.patch[tree.query(_places(mesh.vertices, mesh.quads))[1]]

@@ -192,21 +192,18 @@ class Lattice:
         ends = np.sort([self.where[side].mean(axis=1)[row, axis] for side in (own, other)], axis=0)
         middles = [near.vertices[side].mean(axis=1) for side in (own, other)]
         length = np.linalg.norm(middles[0] - middles[1], axis=1)
-        area = measure(near.vertices[own]).area
-        return np.stack([axis, *ends], axis=1), length, area
+        return np.stack([axis, *ends], axis=1), length, measure(near.vertices[own]).area
 
     def _through(self, passage: np.ndarray, wanted: float) -> Demand:
         axis, (low, high) = int(passage[0]), passage[1:]
         slabs = self.knots[axis][:-1]
-        inside = np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))
         times = np.zeros(len(self.parts))
-        times[self.first[axis] + inside] = 1
+        times[self.first[axis] + np.flatnonzero((slabs > low - TINY) & (slabs < high - TINY))] = 1
         return Demand(times, self.length, wanted)
 
     def demand(self, ends: np.ndarray, wanted: float) -> Demand:
         """Demand on edges (E, 2): occurrences of each interval and its length."""
-        step = self.where[ends[:, 1]] - self.where[ends[:, 0]]
-        axis = np.abs(step).argmax(axis=1)
+        axis = np.abs(self.where[ends[:, 1]] - self.where[ends[:, 0]]).argmax(axis=1)
         middle = self.where[ends].mean(axis=1)
         interval = np.zeros(len(ends), np.int64)
         for a, knots in enumerate(self.knots):

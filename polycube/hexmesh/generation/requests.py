@@ -30,9 +30,7 @@ class Request:
         """The requested number, or length in model units."""
         from polycube.surface.measures import diagonal
 
-        if self.kind == "size":
-            return length(self.value, diagonal(surface))
-        return float(self.value)
+        return length(self.value, diagonal(surface)) if self.kind == "size" else float(self.value)
 
     def is_met(self, surface: TriMesh, reached: float | None) -> bool:
         """Whether a number of hexes, or an edge length, meets the request."""

@@ -134,8 +134,7 @@ def _graded_axis(
     start = np.repeat(ends[:-1], PIECES) + step * np.tile(np.arange(PIECES), len(number))
     wanted = np.repeat(_wanted(polycube, rough_map, boxes, axis), PIECES // ALONG)
     wanted = np.minimum(wanted, np.repeat(np.diff(ends) / number, PIECES))
-    apart = np.abs(start[:, None] - start)
-    wanted = (wanted + (GROWTH - 1) / GROWTH * apart).min(axis=1)
+    wanted = (wanted + (GROWTH - 1) / GROWTH * np.abs(start[:, None] - start)).min(axis=1)
     lines = [ends[:1]]
     for i in range(len(number)):
         here = slice(i * PIECES, (i + 1) * PIECES)
@@ -159,11 +158,10 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
         (k[:-1, None] + np.diff(k)[:, None] * (np.arange(n) + 0.5) / n).ravel()
         for k, n in zip(polycube.knots, steps, strict=True)
     ]
-    grid = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1)
     solid = polycube.occupancy
     for a in range(3):
         solid = np.repeat(solid, steps[a], axis=a)
-    points = grid[solid]
+    points = np.stack(np.meshgrid(*knots, indexing="ij"), axis=-1)[solid]
     ahead = points.copy()
     nudge = 1e-3 * np.diff(polycube.knots[axis]).min()
     ahead[:, axis] += nudge
@@ -175,9 +173,8 @@ def _wanted(polycube: Polycube, rough_map: RoughMap, boxes: list[Box], axis: int
     for box in boxes:
         inside = box.holds(places)
         wanted[inside] = np.minimum(wanted[inside], box.size / stretch[inside])
-    slab = np.searchsorted(knots[axis], points[:, axis])
     least = np.full(len(knots[axis]), np.inf)
-    np.minimum.at(least, slab, wanted)
+    np.minimum.at(least, np.searchsorted(knots[axis], points[:, axis]), wanted)
     return least
 
 

@@ -59,8 +59,7 @@ def _taken(folder: Path) -> int | None:
             other = os.read(file, 500).decode(errors="replace") or "another process"
             os.close(file)
             remedy = f"wait for {other}, or choose another output_dir"
-            what = "another run writes its results there"
-            raise InputError(what, str(folder), remedy) from None
+            raise InputError("another run writes its results there", str(folder), remedy) from None
         except OSError:  # no locks on this file system, or a full disk
             os.close(file)
             return None

@@ -25,8 +25,7 @@ def is_points(path: Path) -> bool:
 def read_ply(path: Path) -> Soup:
     """Vertices and faces, polygons divided; raises InputError with one sentence."""
     columns, corners, sizes = read_columns(path)
-    points = np.stack([columns[axis] for axis in "xyz"], axis=1)
-    return triangulated(points, corners, sizes)
+    return triangulated(np.stack([columns[axis] for axis in "xyz"], axis=1), corners, sizes)
 
 
 def read_columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:

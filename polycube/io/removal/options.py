@@ -53,8 +53,7 @@ class Remove:
         for kind in SIZES:
             if getattr(self, f"{kind}s") and not any(row["kind"] == kind for row in rows):
                 yield f"cad.remove.{kind}s={getattr(self, f'{kind}s')}: there is no such {kind}"
-        gone = [row for row in rows if row["removed"]]
-        if counts := ", ".join(_counted(gone, unit)):
+        if counts := ", ".join(_counted([row for row in rows if row["removed"]], unit)):
             change = f"{after:.6g} {unit}^3 ({100 * (after / before - 1):+.3g} %)"
             volume = f"the volume was {before:.6g} {unit}^3 and is {change}"
             yield f"cad.remove removed {counts}; {volume}"

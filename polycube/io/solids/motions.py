@@ -128,12 +128,10 @@ def _fitted(
     rotation = Rotation.align_vectors(second.points[partner], first.points)[0].as_matrix()
     moved = np.hstack([first.points @ rotation.T / size, own])
     off, partner = places.query(moved, p=np.inf)
-    back = cKDTree(moved).query(places.data, p=np.inf)[0]
-    if max(off.max(), back.max()) > SAME:
+    if max(off.max(), cKDTree(moved).query(places.data, p=np.inf)[0].max()) > SAME:
         return None
-    is_face = first.keys[:, 0] == FACE
     number = np.cumsum(second.keys[:, 0] == FACE) - 1
-    faces = number[partner[is_face]]
+    faces = number[partner[first.keys[:, 0] == FACE]]
     if len(np.unique(faces)) < len(faces):
         return None
     return Motion(rotation, second.centre - rotation @ first.centre, faces)

@@ -40,8 +40,7 @@ def with_earlier_settings(settings: Settings) -> Settings:
         if name.partition(".")[0] in groups or _is_before(start, name, now["meshing"]):
             used = "because the result of the resumed run is used"
             what = f"{new[name]} has no effect, {used}, which was made with {old[name]}"
-            remedy = "leave it out, or start at an earlier stage with from="
-            raise InputError(what, name, remedy)
+            raise InputError(what, name, "leave it out, or start at an earlier stage with from=")
     return Settings.of({**now, **{group: earlier[group] for group in groups}})
 
 

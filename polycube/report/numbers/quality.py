@@ -71,14 +71,13 @@ def full(
     numbers: Json = short(mesh, surface)
     found = measured(mesh)
     diagonal = topology.diagonal(surface)
-    lengths = {name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)}
     worst_quad = mesh.quads[quad_deviation(mesh, surface).argmax()]
     return {
         **numbers,
         "deviation": {
             "unit": surface.unit or "model units",
             "diagonal": diagonal,
-            **lengths,
+            **{name: numbers[name] * diagonal for name in numbers if name.endswith(_ENDS)},
             "mesh_to_surface_max_at": mesh.vertices[worst_quad].mean(axis=0).tolist(),
             "surface_to_mesh_max_at": farthest(mesh, surface).tolist(),
         },
@@ -176,11 +175,10 @@ def farthest(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
 
 def certificate(mesh: HexMesh) -> dict[str, object]:
     """Number of hexes whose Jacobian is certified positive."""
-    corners = scaled_jacobian(mesh.vertices, mesh.hexes) > 0
     found = certify(mesh.vertices, mesh.hexes)
     least = int(found.bound.argmin())
     return {
-        "positive_at_corners": bool(corners.all()),
+        "positive_at_corners": bool((scaled_jacobian(mesh.vertices, mesh.hexes) > 0).all()),
         "positive_everywhere": bool(found.positive.all()),
         "not_positive": int(found.refuted.sum()),
         "undecided": int((~found.positive & ~found.refuted).sum()),

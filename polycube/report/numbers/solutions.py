@@ -61,12 +61,11 @@ def _static(spline: Spline, found: Deformation) -> dict[str, object]:
 
 def _poisson(spline: Spline, found: Potential) -> dict[str, object]:
     u = samples(spline, (spline.extraction @ found.values)[:, None])[..., 0]
-    flux = np.linalg.norm(samples(spline, found.flux), axis=2)
     return {
         **_largest(spline, "u", u),
         "min_u": float(u.min()),
         "u_error": found.u_error,
-        **_largest(spline, "flux", flux),
+        **_largest(spline, "flux", np.linalg.norm(samples(spline, found.flux), axis=2)),
         "flux_error": found.flux_error,
         "flows": [
             {"at": name, "flow": flow}

@@ -83,8 +83,7 @@ def _ranges(numbers: np.ndarray) -> str:
 def _face(name: str, rows: dict[str, templates.Row], change: float) -> templates.Row:
     """The row of a CAD face, compared with its area in the model."""
     empty = {"set": templates.Swatch(name), "kind": KINDS_OF_SETS["cad_face"], "quads": 0}
-    row = rows.get(name, empty)
-    own = {title: value for title, value in row.items() if title != "CAD faces"}
+    own = {title: value for title, value in rows.get(name, empty).items() if title != "CAD faces"}
     return {**own, "of the model's face": f"{1 + change:.1%}"}
 
 
@@ -151,11 +150,10 @@ def features(report: Json, pictures: templates.Pictures) -> Markup:
     found = report.get("hex", {}).get("features")
     if not found:
         return templates.NOTHING
-    least = [np.sin(np.radians(each["degrees"])).round(2) for each in found.get("acute", ())]
     return templates.render(
         "features.html",
         found=found,
-        best=least,
+        best=[np.sin(np.radians(each["degrees"])).round(2) for each in found.get("acute", ())],
         most=N_LOST,
         kinds=[f"{kind}s" for kind in KINDS],
         limit=limit(found),

@@ -25,8 +25,7 @@ def lost_features(mesh: HexMesh, surface: TriMesh, goal: Goal = DEFAULT) -> Scen
     """The model from both sides, with lost faces, curves and points marked."""
     lost = [each for each in inspect(mesh, surface).features if each.exceeds(goal)]
     faces = [each.faces[0] for each in lost if each.kind == "face"]
-    is_lost_face = np.isin(surface.region, faces).astype(int)
-    colours = rgb((SURFACE, palette.LOST_FACE))[is_lost_face]
+    colours = rgb((SURFACE, palette.LOST_FACE))[np.isin(surface.region, faces).astype(int)]
     scene = [Layer(surface.vertices, surface.faces, colours, smooth=True)]
     for chains, colour in zip(
         _chains(mesh, surface, goal), (palette.PRESERVED, palette.WORST), strict=True

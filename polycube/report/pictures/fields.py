@@ -74,8 +74,7 @@ def deformed(spline: Spline, found: Deformation) -> Scene:
     stress = skin.points @ found.von_mises
     scale = exaggeration(skin.places, np.linalg.norm(shift, axis=1).max())
     largest = found.peak.value if found.peak else stress.max()
-    colours = ramp(stress / max(largest, TINY), FIELD_COLOURS)
-    return [skin.layer(colours, scale * shift)]
+    return [skin.layer(ramp(stress / max(largest, TINY), FIELD_COLOURS), scale * shift)]
 
 
 def potential(spline: Spline, found: Potential) -> Scene:

@@ -48,7 +48,11 @@ def supports_and_loads(mesh: HexMesh, problem: Problem) -> Scene:
     pushed = pushes(mesh, problem, faces, SPACING * size)
     arrows = [_pushed(faces.middle[q], faces.normal[q], way, ARROW * size) for q, way in pushed]
     if isinstance(problem, Statics) and any(problem.acceleration):
-        arrows.append(_outside(mesh, np.array(problem.acceleration), size))
+        # in front of the part, as it acts on all of it
+        way = np.array(problem.acceleration) / np.linalg.norm(problem.acceleration)
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        tip = (low + high) / 2 - (np.abs(way) @ (high - low) / 2 + 0.02 * size) * way
+        arrows.append(_arrow(tip - 1.5 * ARROW * size * way, tip))
     colours = rgb((SURFACE, HELD, LOADED))[np.where(is_loaded, 2, is_held)]
     sharp = sharp_edges(mesh.quads, unit(faces.normal))
     part = Layer(mesh.vertices, mesh.quads, colours, sharp, ambient=0.5)
@@ -115,15 +119,6 @@ def _pushed(place: np.ndarray, normal: np.ndarray, vector: np.ndarray, length: f
     """An arrow outside the part that touches a face with its tip or, if it pulls, its end."""
     way = length * vector / float(np.linalg.norm(vector))
     return _arrow(place, place + way) if way @ normal > 0 else _arrow(place - way, place)
-
-
-def _outside(mesh: HexMesh, vector: np.ndarray, size: float) -> Trimesh:
-    """An arrow in front of the part, for a load on all of it."""
-    way = vector / np.linalg.norm(vector)
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    reach = np.abs(way) @ (high - low) / 2
-    tip = (low + high) / 2 - (reach + 0.02 * size) * way
-    return _arrow(tip - 1.5 * ARROW * size * way, tip)
 
 
 def _arrow(start: np.ndarray, end: np.ndarray) -> Trimesh:

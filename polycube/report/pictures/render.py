@@ -70,8 +70,7 @@ class Film:
             plotter.clear_actors()
             moved = layer.points + step * self.shift
             _add(plotter, replace(layer, points=moved, line_width=layer.line_width / 2))
-            ends = [layer.points + way * self.shift for way in (-1, 1)]
-            look(plotter, np.concatenate(ends))
+            look(plotter, np.concatenate([layer.points + way * self.shift for way in (-1, 1)]))
             seen[step] = shot(plotter)
         plotter.close()
         _save_film([seen[step] for step in steps], folder / f"{name}.gif", self.milliseconds)
@@ -159,9 +158,8 @@ def _add(plotter: Plotter, layer: Layer) -> None:
         plotter.add_mesh(lines, color=layer.line_colour, line_width=layer.line_width)
     if not len(layer.polygons):
         return
-    mesh = pyvista.PolyData.from_regular_faces(layer.points, layer.polygons)
     plotter.add_mesh(
-        mesh,
+        pyvista.PolyData.from_regular_faces(layer.points, layer.polygons),
         scalars=layer.colours,
         rgb=True,
         preference="cell",

@@ -111,15 +111,13 @@ def decomposed(mesh: HexMesh, apart: float = 0.25) -> Scene:
         used, local = np.unique(quads[number == k], return_inverse=True)
         points = mesh.vertices[used % n] + apart * np.array(shift)[used // n]
         polygons = local.reshape(-1, 4)
-        colours = rgb((CELLS[k],) * len(polygons))
-        scene.append(Layer(points, polygons, colours, outlined=True))
+        scene.append(Layer(points, polygons, rgb((CELLS[k],) * len(polygons)), outlined=True))
     return scene
 
 
 def worst_hex(mesh: HexMesh) -> Scene:
     """The hex of lowest quality in a transparent mesh, at the intersection of three lines."""
-    quality = scaled_jacobian(mesh.vertices, mesh.hexes)
-    hexa = mesh.hexes[np.argmin(quality)]
+    hexa = mesh.hexes[np.argmin(scaled_jacobian(mesh.vertices, mesh.hexes))]
     glass = rgb((SURFACE,) * len(mesh.quads))
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     cross = np.repeat(mesh.vertices[hexa].mean(0)[None], 6, axis=0)

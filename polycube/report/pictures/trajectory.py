@@ -67,7 +67,11 @@ class Camera:
         from matplotlib.collections import LineCollection
         from matplotlib.figure import Figure
 
-        lines, faces_eye = _outline(trajectory.polycube)
+        surface = boundary(trajectory.polycube)
+        edges, quads = quad_edges(surface.quads, is_closed=False)
+        is_straight = np.diff(surface.patch[quads], axis=1)[:, 0] != 0
+        lines = surface.vertices[edges[is_straight]]  # (E, 2, 3)
+        faces_eye = _towards(surface.axis)[quads[is_straight]].any(axis=1)
         seen = np.concatenate([trajectory.stations.reshape(-1, 3), lines.reshape(-1, 3)]) @ view().T
         low, high = seen.min(axis=0)[:2], seen.max(axis=0)[:2]
         gap = MARGIN * (high - low).max()
@@ -94,15 +98,6 @@ class Camera:
         self.axes.set_title(label)
         self.canvas.draw()
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
-
-
-def _outline(polycube: Polycube) -> tuple[np.ndarray, np.ndarray]:
-    """Straight edges of the polycube: (E, 2, 3) ends, and (E,) whether they are visible."""
-    surface = boundary(polycube)
-    ends, quads = quad_edges(surface.quads, is_closed=False)
-    is_border = np.diff(surface.patch[quads], axis=1)[:, 0] != 0
-    ends, quads = ends[is_border], quads[is_border]
-    return surface.vertices[ends], _towards(surface.axis)[quads].any(axis=1)
 
 
 def _towards(axis: np.ndarray) -> np.ndarray:

@@ -97,8 +97,7 @@ def ring(space: Space, elements: np.ndarray) -> np.ndarray:
 
 def hierarchical_spline(levels: list[Level], extraordinary_edges: int = 0) -> Spline:
     """The truncated hierarchical spline of some levels, the elements of the coarsest first."""
-    refined = [*(finer.refined for finer in levels[1:]), NO_INDICES]
-    pairs = zip(levels, refined, strict=True)
+    pairs = zip(levels, [*(finer.refined for finer in levels[1:]), NO_INDICES], strict=True)
     # elements of Omega_l that are not refined further, ascending
     active = [np.setdiff1d(np.flatnonzero(level.inside), finer) for level, finer in pairs]
     functions = [_functions(*pair) for pair in zip(levels, active, strict=True)]
@@ -155,8 +154,7 @@ def _truncated(levels: list[Level], active: list[np.ndarray]) -> list[csr_matrix
     found: list[csr_matrix] = []
     for level, own, start in zip(levels, active, ends, strict=False):
         n = level.space.extraction.shape[1]
-        columns = start + np.arange(len(own))
-        unit = csr_matrix((np.ones(len(own)), (own, columns)), (n, ends[-1]))
+        unit = csr_matrix((np.ones(len(own)), (own, start + np.arange(len(own)))), (n, ends[-1]))
         if found:
             others = np.ones(n)
             others[own] = 0
@@ -180,8 +178,7 @@ def _carried(
         all_of[i] = diags(factor) @ truncated[i] + follow @ all_of[i + 1]
     found = [csr_matrix((levels[0].space.extraction.shape[0], truncated[0].shape[1]))]
     for i, (coarse, fine) in enumerate(pairwise(levels)):
-        missed = remainder(coarse, fine)
-        found.append(missed @ all_of[i])
+        found.append(remainder(coarse, fine) @ all_of[i])
         if found[i].nnz:
             found[-1] += _cut(coarse, fine, np.unique(fine.space.nodes[fine.inside])) @ found[i]
     return found

@@ -89,8 +89,7 @@ class OptimalSpace(ContinuousSpace):
         Bits are numbered at each vertex; the two half-edges of a line share the bit of the line.
         """
         half = HalfEdges.of(self.mesh.hexes)
-        is_cut = self.cut.ravel()[half.pairs[:, 0]]
-        line = half.classes(~is_cut)
+        line = half.classes(~self.cut.ravel()[half.pairs[:, 0]])
         first = np.searchsorted(half.vertex, half.vertex)
         own = np.int64(1) << (np.arange(len(first)) - first)
         return own[line][half.number], own[half.number]
@@ -125,8 +124,7 @@ class OptimalSpace(ContinuousSpace):
         line, _ = self._directions
         there = line.reshape(-1, 3)[first // 8 + CORNER[at]]
         mask = _together(there * splined.reshape(-1, 3)[place])
-        shift = int(mask.max()).bit_length()
-        names = (nodes.ravel()[first + at] << shift) | mask
+        names = (nodes.ravel()[first + at] << int(mask.max()).bit_length()) | mask
         distinct, coefficient = np.unique(names, return_inverse=True)
         return _Terms(place, term, coefficient, weights[entry], len(distinct))
 
@@ -157,10 +155,9 @@ class OptimalSpace(ContinuousSpace):
         extrapolated = (self._splined & ~self._near)[hexes, node]  # 2 near - far, else near
         weights = _products(1.0 + extrapolated, -1.0 * extrapolated)
         at = _sums(np.stack([PLACE[node], 3 - PLACE[node]], axis=-1))
-        indptr = np.arange(len(wanted) + 1) * 8
         columns = self.nodes[hexes[:, None], at].ravel()
         shape = len(wanted), self.nodes.max() + 1
-        inverse = csr_matrix((weights.ravel(), columns, indptr), shape)
+        inverse = csr_matrix((weights.ravel(), columns, np.arange(len(wanted) + 1) * 8), shape)
         inverse.eliminate_zeros()
         return inverse
 

@@ -119,5 +119,4 @@ def cad_corners(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
     corners = goal.followed.corners
     if not len(corners):
         return outside[:0]
-    tree = cKDTree(goal.to_unit(mesh.vertices[outside]))
-    return np.unique(outside[tree.query(corners)[1]])
+    return np.unique(outside[cKDTree(goal.to_unit(mesh.vertices[outside])).query(corners)[1]])

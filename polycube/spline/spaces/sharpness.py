@@ -86,8 +86,7 @@ class Creases:
         blunt = np.zeros(0, np.int64)
         while True:
             sharp = self.all_but(blunt)
-            low = scaled_detj(volumetric_spline(self.hexes, *sharp)) < floor
-            bad = self.hexes.hexes[low]
+            bad = self.hexes.hexes[scaled_detj(volumetric_spline(self.hexes, *sharp)) < floor]
             if len(bad) == 0:
                 return sharp
             if np.isin(bad, blunt).all():

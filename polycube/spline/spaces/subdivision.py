@@ -44,8 +44,7 @@ def bezier_halves(
     child, place = np.divmod(first, 64)
     weights = CASTELJAU[child % 8, place]  # (W, 64)
     indptr = np.arange(len(wanted) + 1) * 64
-    columns = nodes[child // 8].ravel()
-    rows = csr_matrix((weights.ravel(), columns, indptr), (len(wanted), n_nodes))
+    rows = csr_matrix((weights.ravel(), nodes[child // 8].ravel(), indptr), (len(wanted), n_nodes))
     rows.eliminate_zeros()
     return rows
 

@@ -137,8 +137,7 @@ def supported(surface: TriMesh, cloud: Cloud) -> TriMesh:
     piece = components(surface.faces)
     nearest = closest(tree(surface.vertices[surface.faces]), cloud.points)[1]
     number = np.bincount(piece[nearest], minlength=piece.max() + 1)
-    is_supported = (number > PIECE * len(cloud.points))[piece]
-    return compact(surface.vertices, surface.faces[is_supported])
+    return compact(surface.vertices, surface.faces[(number > PIECE * len(cloud.points))[piece]])
 
 
 def fillings(surface: TriMesh, cloud: Cloud, spacing: float, trim: float) -> tuple[Cloud, float]:

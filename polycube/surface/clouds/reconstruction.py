@@ -72,7 +72,10 @@ def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstr
     if options.outliers is not None:
         cloud = points.without_outliers(cloud, options.outliers)
     spacing = float(np.median(points.spacings(cloud.points)))
-    cell, depth = _grid(cloud, spacing, options.depth)
+    width, depth = MARGIN * float(np.ptp(cloud.points, axis=0).max()), options.depth  # of the grid
+    if depth is None:
+        depth = int(np.clip(np.round(np.log2(width / spacing)), *DEPTHS))
+    cell = width / 2**depth
     thinned = points.averaged(cloud, cell / 2) if spacing < cell / 2 else cloud
     made = _oriented(thinned, options.neighbours, depth, NEAR * spacing)
     surface, agree = made.surface, made.agree
@@ -108,14 +111,6 @@ def reconstruct(given: points.Cloud, options: Points) -> tuple[TriMesh, Reconstr
         deviation_max_percent=100 * float(away.max()) / diagonal(surface),
         farthest=float(cKDTree(cloud.points).query(spread(surface, SAMPLES)[0])[0].max()),
     )
-
-
-def _grid(cloud: points.Cloud, spacing: float, depth: int | None) -> tuple[float, int]:
-    """Width of the cells of the grid, and depth of the grid."""
-    width = MARGIN * float(np.ptp(cloud.points, axis=0).max())
-    if depth is None:
-        depth = int(np.clip(np.round(np.log2(width / spacing)), *DEPTHS))
-    return width / 2**depth, depth
 
 
 @dataclass(frozen=True)

@@ -57,12 +57,10 @@ def _corners(surface: TriMesh) -> list[Acute]:
     goal = target(surface)
     if not len(goal.features.corners):
         return []
-    corners = cKDTree(goal.features.corners)
-    is_corner = corners.query(goal.surface.vertices)[0] < SAME
+    is_corner = cKDTree(goal.features.corners).query(goal.surface.vertices)[0] < SAME
     at = is_corner[surface.faces]  # (F, 3)
     region = np.broadcast_to(surface.region[:, None], at.shape)[at]
-    sectors = np.column_stack([region, surface.faces[at]])
-    each, of = np.unique(sectors, axis=0, return_inverse=True)
+    each, of = np.unique(np.column_stack([region, surface.faces[at]]), axis=0, return_inverse=True)
     angle = np.bincount(of, corner_angles(surface)[at], len(each))
     return [
         Acute("corner", (int(face),), tuple(surface.vertices[vertex]), float(size))

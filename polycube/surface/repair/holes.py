@@ -51,9 +51,8 @@ def flatness(points: np.ndarray) -> float:
 
 def filling(points: np.ndarray) -> np.ndarray:
     """(N - 2, 3) triangles of least total area, as indices of the points (N, 3) of a loop."""
-    middle = points.mean(axis=0)
     scale = np.linalg.norm(np.ptp(points, axis=0)) or 1.0
-    cut = _cuts((points - middle) / scale)
+    cut = _cuts((points - points.mean(axis=0)) / scale)
     triangles, todo = [], [(0, len(points) - 1)]
     while todo:
         i, k = todo.pop()

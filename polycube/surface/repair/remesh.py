@@ -77,19 +77,14 @@ def _links(faces: np.ndarray, size: int) -> coo_array:
     return coo_array((np.ones(len(first)), (first, second)), shape=(size, size)).tocsr()
 
 
-def _normals(surface: TriMesh) -> np.ndarray:
-    """(V, 3) unit vectors, the mean normal of the faces around each vertex."""
-    normals = np.zeros_like(surface.vertices)
-    np.add.at(normals, surface.faces, face_normals(surface)[:, None])
-    return unit(normals)
-
-
 def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
     """Vertices moved halfway to the mean of their neighbours, then onto the soup if it is close."""
     links = _links(surface.faces, len(surface.vertices))
     points = surface.vertices
+    normals = np.zeros_like(points)  # of the vertices
+    np.add.at(normals, surface.faces, face_normals(surface)[:, None])
     points = (points + links @ points / links.sum(axis=1)[:, None]) / 2
-    feet = closest(boxes, points, _normals(surface), cell)[0]
+    feet = closest(boxes, points, unit(normals), cell)[0]
     near = np.linalg.norm(feet - points, axis=1) < cell
     return np.where(near[:, None], feet, points)
 

@@ -94,10 +94,9 @@ def part_touching(surface: TriMesh) -> clean.Step:
         return surface, []
     fan = topology.fans(surface.faces)
     _, first, corner = np.unique(fan, return_index=True, return_inverse=True)
-    vertices = surface.vertices[surface.faces.ravel()[first]]
     where = place(surface, surface.vertices[touching[0]])
     note = f"split vertices where surfaces touch: {len(touching)}, the first at {where}"
-    return TriMesh(vertices, corner.reshape(-1, 3)), [note]
+    return TriMesh(surface.vertices[surface.faces.ravel()[first]], corner.reshape(-1, 3)), [note]
 
 
 def orient(surface: TriMesh) -> clean.Step:

@@ -74,12 +74,13 @@ def viewer(
         on_faces(mesh, number)[shown].astype("<i4"),
         _steps(shown),
     )
-    lost = (segments - (low + high) / 2) / size
     found = [] if solved is None else results(*solved, mesh.vertices[used], unit)
     arrays += ((drawn[0] - (low + high) / 2) / size).astype("<f4"), _steps(drawn[1])
     arrays += tuple(array for result in found for array in result.arrays())
     packed = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
-    names, primitive = _primitives(mesh, context)
+    cells = np.unique(mesh.cell).tolist()
+    primitives = [context[c] if c < len(context) else None for c in range(max(cells) + 1)]
+    names = sorted({primitives[c] for c in cells} - {None})
     data = {
         "V": len(places),
         "H": len(shown),
@@ -96,10 +97,10 @@ def viewer(
         "farthest": float(max(distance.max(), 0)),
         "cells": rgb(CELLS).tolist(),
         "sets": sets,
-        "lost": lost.astype("<f4").ravel().tolist(),
+        "lost": ((segments - (low + high) / 2) / size).astype("<f4").ravel().tolist(),
         "set_colours": rgb(tuple(features.quad_colours(mesh)[first].tolist())).tolist(),
         "names": names,
-        "primitive": primitive,
+        "primitive": [names.index(p) if p in names else 0 for p in primitives],  # of each cell
         "S": len(drawn[0]),
         "T": len(drawn[1]),
         "complete": surface is None or len(drawn[1]) == len(surface.faces),
@@ -166,14 +167,6 @@ def _bar(title: str, stops: Sequence[str], low: str, high: str) -> Json:
 def _named(title: str, named: list[tuple[str, str]], most: int) -> Json:
     more = f", and {len(named) - most} more" if len(named) > most else ""
     return {"title": title, "named": named[:most], "more": more}
-
-
-def _primitives(mesh: HexMesh, context: Sequence[str | None]) -> tuple[list[str], list[int]]:
-    """Names of the primitives, and the index of the primitive of each cell."""
-    used = np.unique(mesh.cell).tolist()
-    filled = [context[c] if c < len(context) else None for c in range(max(used) + 1)]
-    names = sorted({filled[c] for c in used} - {None})
-    return names, [names.index(name) if name in names else 0 for name in filled]
 
 
 def beyond(hexes: np.ndarray) -> np.ndarray:
