@@ -87,12 +87,11 @@ def straightened(surface: TriMesh) -> Straightened | None:
             x[moved] = motion.move(x[moved], -share)
             x[moved] += np.multiply.outer(share * motion.length, axis)
             motions.append(motion)
-            low, high = (motion.centre @ axis + at for at in (0, motion.length))
             beyond = np.unique(surface.faces[~(wall | np.isin(of, done))])
+            past = (x[before] - motion.centre) @ axis, (motion.centre - x[beyond]) @ axis
             if (
                 abs(share - 0.5).max() > 0.5 + PAST
-                or (x[before] @ axis).max() > low + near
-                or (x[beyond] @ axis).min() < high - near
+                or max(past[0].max(), past[1].max() + motion.length) > near
             ):
                 raise NoBackgroundError("a part beside a bend reaches beyond its end")
         done = np.append(done, after)
@@ -110,14 +109,9 @@ def _pieces(surface: TriMesh, ends: np.ndarray, faces: np.ndarray) -> tuple[np.n
         found = rotation(surface, surface.region == face)
         if found is None:
             continue
-        apart = (
-            max(
-                np.linalg.norm(np.cross(spin, found[0])),
-                np.linalg.norm(np.cross(spin, foot - found[1])) / size,
-            )
-            for spin, foot in axes
-        )
-        number = next((k for k, off in enumerate(apart) if off < SAME), len(axes))
+        aside = [np.cross(spin, [found[0], (foot - found[1]) / size]) for spin, foot in axes]
+        is_same = [bool((np.linalg.norm(off, axis=1) < SAME).all()) for off in aside]
+        number = [*is_same, True].index(True)
         if number == len(axes):
             axes.append(found)
         bend[face] = number
