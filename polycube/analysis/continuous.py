@@ -160,7 +160,10 @@ class Enrichment:
         unshared = unshared_faces(spline.places[spline.nodes])
         inner = unshared[~np.isin(unshared @ [6, 1], spline.sides @ [6, 1])]
         is_free[spline.nodes[inner[:, :1], FACES[inner[:, 1]]]] = False
-        basis = _tied(spline.places, is_free)
+        # orthonormal basis (3 B, K) of displacements that are free, and equal at one place
+        shares = 1 / np.sqrt(np.bincount(spline.places)[spline.places])
+        tie = csr_matrix((shares, spline.places, np.arange(len(shares) + 1)), (len(shares),) * 2)
+        basis = kron(tie, eye(3), "csr")[:, (tie.T @ ~is_free == 0).ravel()]
         if sector is not None:
             basis = sector.basis(is_free, sector.nodes)
         if copies is not None:  # which move together
@@ -216,10 +219,3 @@ def corrected(enrichment: Enrichment, force: np.ndarray, start: np.ndarray) -> n
         logger.warning("warning: the stress recovery did not converge in %d steps", MOST)
     logger.info("stress in continuous functions after %d steps", steps)
     return start + more
-
-
-def _tied(place: np.ndarray, is_free: np.ndarray) -> csr_matrix:
-    """(3 B, K) orthonormal basis of displacements that are free (B, 3), and equal at one place."""
-    shares = 1 / np.sqrt(np.bincount(place)[place])
-    tie = csr_matrix((shares, place, np.arange(len(place) + 1)), (len(place),) * 2)
-    return kron(tie, eye(3), "csr")[:, (tie.T @ ~is_free == 0).ravel()]

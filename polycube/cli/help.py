@@ -88,8 +88,8 @@ def of_choices(config_name: str, overrides: Sequence[str]) -> Iterator[str]:
             for name, text in described(kind, cls).items():
                 value = values[f"{part.package}.{name}"]
                 written = value if isinstance(value, str) else json.dumps(value)
-                lines.append(f"{part.package}.{name}={written}")
-                lines.append(indent("\n".join(wrap(text, WIDTH - 4)), "    "))
+                about = indent("\n".join(wrap(text, WIDTH - 4)), "    ")
+                lines += [f"{part.package}.{name}={written}", about]
             yield "\n".join(lines)
 
 

@@ -25,15 +25,8 @@ EDGE_ENDS = np.reshape(
 )
 
 
-def _shares(groups: list[np.ndarray]) -> np.ndarray:
-    """(n, 8) rows with the mean of some corners."""
-    rows = np.zeros((len(groups), 8))
-    for row, corners in zip(rows, groups, strict=True):
-        row[corners] = 1 / len(corners)
-    return rows
-
-
-STRAIGHT = _shares([*np.arange(8)[:, None], *EDGE_ENDS, *FACES, np.arange(8)])  # (27, 8)
+GROUPS = [*np.arange(8)[:, None], *EDGE_ENDS, *FACES, np.arange(8)]  # corners round the nodes
+STRAIGHT = np.array([np.eye(8)[corners].mean(axis=0) for corners in GROUPS])  # (27, 8)
 PARAMETERS = STRAIGHT @ PLACES  # (27, 3) parameters of the nodes, in the order of VTK
 
 

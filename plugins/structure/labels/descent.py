@@ -167,9 +167,7 @@ class Labelling:
 
 def groups(pieces: Pieces, problem: Problem) -> Groups:
     """The groups of pieces; pairs of neighbours are those that are in no common group."""
-    members: list[tuple[tuple[int, ...], int]] = []
-    for k in range(len(pieces.face)):
-        members.append(((k,), -1))
+    members: list[tuple[tuple[int, ...], int]] = [((k,), -1) for k in range(len(pieces.face))]
     for face in np.unique(pieces.face):
         own = np.flatnonzero(pieces.face == face)
         for turn in range(2):

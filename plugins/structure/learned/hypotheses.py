@@ -127,7 +127,10 @@ def guesses(
             key = structure_key(polycube, turns[turn], frame)
             log_ps[frame, key].setdefault(turn, log_p)
             entry = log_p, index, polycube
-            solid_key = frame, key, _widths(polycube, turns[turn])
+            view = turns[turn]  # frame to polycube
+            axes = zip(np.abs(view).argmax(axis=0), view.sum(axis=0).astype(int), strict=True)
+            widths = np.concatenate([np.diff(polycube.knots[k])[::sign] for k, sign in axes])
+            solid_key = frame, key, " ".join(f"{width:.3f}" for width in widths)
             best[solid_key] = max(entry, best.get(solid_key, entry), key=lambda entry: entry[0])
     mean = {structure: float(np.mean([*each.values()])) for structure, each in log_ps.items()}
     total: dict[int, float] = defaultdict(float)  # of the probabilities in a frame
@@ -162,13 +165,6 @@ def _solids(
         return polycube if fits else None
 
     return solid
-
-
-def _widths(polycube: Polycube, view: np.ndarray) -> str:
-    """Widths of the slabs of a polycube in a frame; view : (3, 3) frame to polycube."""
-    axes, signs = np.abs(view).argmax(axis=0), view.sum(axis=0).astype(int)
-    widths = [np.diff(polycube.knots[axis])[::sign] for axis, sign in zip(axes, signs, strict=True)]
-    return " ".join(f"{width:.3f}" for width in np.concatenate(widths))
 
 
 def _fillings(

@@ -158,9 +158,8 @@ def _annulus(chains: list[Curve], cell: list[Side]) -> list[Side]:
 
 
 def four_sides(chains: list[Curve], cell: list[Side], most: float) -> list[Side]:
-    """The curves of each side of a cell with four corners and no hole; else empty.
-
-    most : largest ratio of opposite sides
+    """The curves of each side of a cell with four corners and no hole, if the ratio of opposite
+    ones is below `most`; else empty.
     """
     if len(cell) > 1:
         return []

@@ -91,11 +91,9 @@ def screw(surface: TriMesh, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray, f
 
 
 def rotation(surface: TriMesh, wall: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Axis of the rotation that moves a surface along itself, and its point next to the surface.
+    """Axis of the rotation that moves a wall (F,) along itself, and a point of the axis.
 
     None if there is no such rotation, or if other motions do so, too, as on planes and cylinders.
-
-    wall : (F,) whether a triangle is on the surface
     """
     spin, foot, along, (least, next_) = _tangential(surface, wall)
     size = np.linalg.norm(spin)

@@ -80,7 +80,9 @@ def straightened(surface: TriMesh) -> Straightened | None:
             before = np.unique(surface.faces[np.isin(of, done)])
             moved = np.setdiff1d(surface.faces, before)
             if not motions:
-                axis = _normal(x[np.unique(ends[here])], x[np.unique(surface.faces[wall])])
+                centre = x[ends[here]].mean(axis=(0, 1))
+                axis = np.linalg.svd(x[np.unique(ends[here])] - centre, full_matrices=False)[2][2]
+                axis *= np.sign((x[np.unique(surface.faces[wall])] - centre).sum(axis=0) @ axis)
             straight = TriMesh(x, surface.faces, region=surface.region)
             motion = next(between(straight, ends[here], axis, ends[last], wall))
             share = np.where(np.isin(moved, surface.faces[wall]), motion.share(x[moved]), 1)
@@ -99,9 +101,8 @@ def straightened(surface: TriMesh) -> Straightened | None:
 
 
 def _pieces(surface: TriMesh, ends: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, int]:
-    """(C,) the bend of each CAD face, or the part between bends; and the number of the first bend.
-
-    ends, faces : ends (E, 2) of the edges between faces, and the two faces (E, 2)
+    """(C,) bend of each CAD face, or part between bends, from the ends (E, 2) of edges between two
+    faces (E, 2); and the number of the first bend.
     """
     x, count, size = surface.vertices, int(faces.max()) + 1, measures.diagonal(surface)
     bend, axes = np.full(count, -1), list[tuple[np.ndarray, np.ndarray]]()
@@ -125,13 +126,6 @@ def _pieces(surface: TriMesh, ends: np.ndarray, faces: np.ndarray) -> tuple[np.n
             turn, radius, planes = turn[off], radius[off], planes + 1
         if planes != 2:
             bend[bend == number] = -1
-    one, two = faces[(bend[faces] < 0).all(axis=1)].T
-    own = measures.connected(one, two, count)
+    between_bends = faces[(bend[faces] < 0).all(axis=1)]
+    own = measures.connected(between_bends[:, 0], between_bends[:, 1], count)
     return np.where(bend < 0, own, count + bend), count
-
-
-def _normal(border: np.ndarray, beyond: np.ndarray) -> np.ndarray:
-    """(3,) normal of the plane of points (N, 3), towards others (M, 3)."""
-    centre = border.mean(axis=0)
-    normal = np.linalg.svd(border - centre, full_matrices=False)[2][2]
-    return normal * np.sign(((beyond - centre) @ normal).sum())

@@ -64,10 +64,13 @@ def viewer(
         segments, drawn = features.lost_segments(mesh, surface, goal), simplified(surface)
     number, sets = features.memberships(mesh)
     _, first = np.unique(number, return_index=True)
+    # indices of hexes among the shown ones; -1 stays -1, and a hex that is not shown has -2
+    next_ = beyond(mesh.hexes)[shown]
+    place = np.searchsorted(shown, next_).clip(max=len(shown) - 1)
     arrays: tuple[np.ndarray, ...] = (
         places.astype("<f4"),
         _steps(hexes.reshape(-1, 8)),
-        _steps(_renumbered(beyond(mesh.hexes)[shown], shown)),
+        _steps(np.where(next_ < 0, -1, np.where(shown[place] == next_, place, -2))),
         quality[shown].astype("<f4"),
         distance[shown].astype("<f4"),
         _steps(mesh.cell[shown]),
@@ -120,12 +123,6 @@ def _shown(mesh: HexMesh, quality: np.ndarray) -> np.ndarray:
         return np.arange(len(mesh.hexes))
     worst = np.argpartition(quality, min(WORST, len(quality) - 1))[:WORST]
     return np.union1d(quad_sides(mesh)[0], worst)
-
-
-def _renumbered(beyond: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Indices of hexes among the shown ones; -1 stays -1, and a hex that is not shown has -2."""
-    place = np.searchsorted(shown, beyond).clip(max=len(shown) - 1)
-    return np.where(beyond < 0, -1, np.where(shown[place] == beyond, place, -2))
 
 
 def _steps(values: np.ndarray) -> np.ndarray:
