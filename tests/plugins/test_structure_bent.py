@@ -145,6 +145,13 @@ def test_parts_without_round_bends_are_not_straightened():
     assert straightened(revolved((2, 0), (3, 0), (3, 1), (2, 2))) is None
 
 
+@pytest.mark.slow
+def test_a_bend_between_two_places_of_one_part_is_refused(tmp_path):
+    surface, _ = read_surface(write("handled", tmp_path))
+    with pytest.raises(NoBackgroundError, match="its bends form a ring"):
+        straightened(surface)
+
+
 def test_a_bar_that_is_twisted_about_its_own_axis_is_refused():
     part = bent(SQUARE, [(0, 8, 90)])
     shares = np.linspace(0, 1, len(part.vertices) // 4)

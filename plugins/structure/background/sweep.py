@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .bends.straightened import Straightened
 
 UPWARD = np.array([0.0, 0.0, 1.0])
-TURN = np.pi / 8  # largest angle of a hex in a bend
 CORE = 0.55  # radius of the core, relative to the smallest radius of the profile
 SMALLEST = 0.03  # of the largest radius of the profile: smaller radii are tips
 PROBES = 4  # angles between two levels at which cells must be equally full
@@ -105,6 +104,7 @@ class Bent(Sweep):
         """The hexes of a section along its path."""
         from polycube.hexmesh.background.columns import columns, layers
         from polycube.hexmesh.background.curves import whole
+        from polycube.hexmesh.background.motion import edges_in_bend
         from polycube.hexmesh.background.section import section_of
 
         from .bends.path import path
@@ -115,8 +115,7 @@ class Bent(Sweep):
         number = layers(part.levels, full, sizes.size, sizes.across_wall)
         for k, (motion, radius) in enumerate(zip(found.motions, found.radius, strict=True)):
             if motion.angle:
-                turns = sizes.around(radius) / (2 * np.pi), 1 / TURN
-                number[k] = max(number[k], whole(motion.angle * max(turns)))
+                number[k] = max(number[k], whole(edges_in_bend(sizes, radius, motion.angle)))
         return columns(flat, part, full, number)
 
 
@@ -140,11 +139,8 @@ class Sheet(Sweep):
         from .bends.unfolded import unfolded
         from .moved_back import FILLED
 
-        def number(radius: float, angle: float) -> float:
-            return max(sizes.around(radius) / (2 * np.pi), 1 / TURN) * angle
-
         sheet = unfolded(surface)
-        mesh = self.swept(sheet.surface, sizes, sheet.lines(number))
+        mesh = self.swept(sheet.surface, sizes, sheet.lines(sizes))
         mesh = replace(mesh, vertices=sheet.fold(mesh.vertices))
         if abs(volume(mesh) / measures.volume(surface) - 1) > FILLED:
             raise NoBackgroundError("it overlaps itself when it is unfolded")

@@ -138,11 +138,16 @@ def _is_smooth(chains: list[Curve], loop: Side) -> bool:
     return is_closed or bool(((angle > STRAIGHT[0]) & (angle < STRAIGHT[1])).all())
 
 
+def polylines(chains: list[Curve], side: Side) -> list[np.ndarray]:
+    """Points (N, 2) along the curves, in their direction."""
+    return [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in side]
+
+
 def angles(chains: list[Curve], loop: Side) -> np.ndarray:
     """(N,) inner angle at the start of each curve of a loop."""
-    polylines = [chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop]
-    out = np.array([line[1] - line[0] for line in polylines])
-    back = np.roll([line[-2] - line[-1] for line in polylines], 1, axis=0)
+    lines = polylines(chains, loop)
+    out = np.array([line[1] - line[0] for line in lines])
+    back = np.roll([line[-2] - line[-1] for line in lines], 1, axis=0)
     return (np.arctan2(back[:, 1], back[:, 0]) - np.arctan2(out[:, 1], out[:, 0])) % (2 * np.pi)
 
 

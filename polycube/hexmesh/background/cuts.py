@@ -3,7 +3,7 @@
 import numpy as np
 
 from polycube.hexmesh.background.arrangement import cross
-from polycube.hexmesh.background.borders import Side, angles
+from polycube.hexmesh.background.borders import Side, angles, polylines
 from polycube.hexmesh.background.curves import Curve
 from polycube.surface.arc_length import lengths
 
@@ -23,7 +23,7 @@ def cuts(chains: list[Curve], loops: list[list[Side]], size: float) -> np.ndarra
     """
     found = []
     for cell in loops:
-        sides = [[chains[abs(n) - 1].points[:: 1 if n > 0 else -1] for n in loop] for loop in cell]
+        sides = [polylines(chains, loop) for loop in cell]
         lines = [line for side in sides for line in side]
         start = np.concatenate([line[:-1] for line in lines])
         step = np.concatenate([np.diff(line, axis=0) for line in lines])

@@ -4,12 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from polycube.hexmesh.background.curves import Sizes
 from polycube.surface.measures import area_vectors, half_edges, twins
 from polycube.types import TriMesh
 
 PARALLEL = 1e-4  # sine: tolerance for parallel planes
 SHIFT = 1e-3  # of the extent: advance for each radian of a rotation
 UNIQUE = 0.02  # ratio of the mean squares of normal velocities of a rotation and of others
+TURN = np.pi / 8  # largest angle of an edge along an arc
 NEWTON = 4  # steps to the plane of a point
 
 
@@ -48,6 +50,11 @@ class Motion(NamedTuple):
             speed = self.angle * np.cross(self.axis, back) + self.advance * self.axis
             share = share + back @ self.normal / (speed @ self.normal)
         return share
+
+
+def edges_in_bend(sizes: Sizes, radius: float, angle: float) -> float:
+    """Smallest number of edges along an arc, not rounded."""
+    return angle * max(sizes.around(radius) / (2 * np.pi), 1 / TURN)
 
 
 def turn(

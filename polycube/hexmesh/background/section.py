@@ -168,17 +168,15 @@ def section_of(
     them.
     """
     found: list[tuple[float, float, Background, Filled]] = []
-    reasons: list[Exception] = []
+    reasons, size = list[Exception](), diagonal(surface)
     trials = [*((share, False) for share in DETAILS), *((share, True) for share in DETAILS[1:])]
     for share, is_simple in trials:
-        near = share * diagonal(surface)
+        near = share * size
         levels = distinct(part.levels, near)
         levels[[0, -1]] = part.levels[[0, -1]]
         cut = replace(part, levels=levels)
         if is_simple:
-            points, lines = simplified(
-                part.points, part.lines, near, DETAILS[-1] * diagonal(surface)
-            )
+            points, lines = simplified(cut.points, cut.lines, near, DETAILS[-1] * size)
             cut = replace(cut, points=points, lines=lines)
         try:
             made = _filled(surface, cut, near, sizes)

@@ -6,13 +6,12 @@ import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
 from polycube.hexmesh.background.curves import SHORT, Sizes
-from polycube.hexmesh.background.motion import Motion, rotation
+from polycube.hexmesh.background.motion import Motion, edges_in_bend, rotation
 from polycube.surface import measures
 from polycube.types import TriMesh
 
 from .path import PAST, PLANE, between
 
-TURN = np.pi / 8  # largest angle of a hex in a bend
 SAME = 1e-2  # sine, and share of the diagonal: tolerance for the axes of faces of one bend
 NEARLY = 5e-3  # of the diagonal: distance of the border of a bend from the planes at its ends
 PLANAR = 1e-4  # the same for the parts beside it
@@ -35,15 +34,14 @@ class Straightened(NamedTuple):
 
     def layers(self, levels: np.ndarray, number: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(K,) numbers of layers between levels (K + 1,), increased where they are in a bend."""
-        across = self.surface.vertices
+        x, middle = self.surface.vertices, (levels[1:] + levels[:-1]) / 2
         for motion in self.motions:
-            start, radius = motion.centre @ self.axis, (across - motion.centre) @ motion.ahead
-            height = (levels[1:] + levels[:-1]) / 2 - start
-            inside = (height > 0) & (height < motion.length)
-            within = abs(across @ self.axis - start - motion.length / 2) < motion.length / 2
-            least = motion.angle * sizes.around(radius[within].max()) / (2 * np.pi)
-            share = np.diff(levels) / motion.length * max(least, motion.angle / TURN)
-            number = np.where(inside, np.maximum(number, np.ceil(share - SHORT)), number)
+            centre = motion.centre @ self.axis + motion.length / 2
+            far = (0.5 + PAST) * motion.length
+            inside, own = (abs(at - centre) < far for at in (middle, x @ self.axis))
+            radius = float(((x[own] - motion.centre) @ motion.ahead).max())
+            wanted = np.diff(levels) / motion.length * edges_in_bend(sizes, radius, motion.angle)
+            number = np.where(inside, np.maximum(number, np.ceil(wanted - SHORT)), number)
         return number.astype(int)
 
 
@@ -53,7 +51,7 @@ def straightened(surface: TriMesh) -> Straightened | None:
     A bend is a set of faces that a rotation moves along themselves, between two planes through its
     axis. It must separate the rest of the part into what is before and what is beyond it.
 
-    Raises NoBackgroundError if bends branch, or if a part beside one reaches beyond its end.
+    Raises NoBackgroundError if bends branch or form a ring, or if a part reaches beside a bend.
     """
     if not len(surface.region):
         return None
@@ -77,6 +75,8 @@ def straightened(surface: TriMesh) -> Straightened | None:
         if after[0] >= first_bend:
             wall = of == after[0]
             last = (sides == after[0]).any(axis=1) & ~(here | (sides == after[0]).all(axis=1))
+            if not last.any():
+                raise NoBackgroundError("its bends form a ring")
             before = np.unique(surface.faces[np.isin(of, done)])
             moved = np.setdiff1d(surface.faces, before)
             if not motions:
@@ -90,11 +90,9 @@ def straightened(surface: TriMesh) -> Straightened | None:
             x[moved] += np.multiply.outer(share * motion.length, axis)
             motions.append(motion)
             beyond = np.unique(surface.faces[~(wall | np.isin(of, done))])
-            past = (x[before] - motion.centre) @ axis, (motion.centre - x[beyond]) @ axis
-            if (
-                abs(share - 0.5).max() > 0.5 + PAST
-                or max(past[0].max(), past[1].max() + motion.length) > near
-            ):
+            low, high = ((x[each] - motion.centre) @ axis for each in (before, beyond))
+            is_beside = low.max() > near or high.min() < motion.length - near
+            if is_beside or abs(share - 0.5).max() > 0.5 + PAST:
                 raise NoBackgroundError("a part beside a bend reaches beyond its end")
         done = np.append(done, after)
     return Straightened(TriMesh(x, surface.faces, region=surface.region), axis, motions)
@@ -107,8 +105,7 @@ def _pieces(surface: TriMesh, ends: np.ndarray, faces: np.ndarray) -> tuple[np.n
     x, count, size = surface.vertices, int(faces.max()) + 1, measures.diagonal(surface)
     bend, axes = np.full(count, -1), list[tuple[np.ndarray, np.ndarray]]()
     for face in np.flatnonzero(measures.curved_faces(surface, PLANE)).tolist():
-        found = rotation(surface, surface.region == face)
-        if found is None:
+        if (found := rotation(surface, surface.region == face)) is None:
             continue
         aside = [np.cross(spin, [found[0], (foot - found[1]) / size]) for spin, foot in axes]
         is_same = [bool((np.linalg.norm(off, axis=1) < SAME).all()) for off in aside]

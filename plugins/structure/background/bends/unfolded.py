@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from polycube.hexmesh.background.background import NoBackgroundError
-from polycube.hexmesh.background.curves import whole
+from polycube.hexmesh.background.curves import Sizes, whole
+from polycube.hexmesh.background.motion import edges_in_bend
 from polycube.hexmesh.background.sheet_piece import Piece, next_piece
 from polycube.surface import closest, measures
 from polycube.types import TriMesh
 
 from ..stack import NEAR
 from .path import PLANE
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SIDES = 4  # number of planes from which a side is followed
 SMOOTH = np.cos(np.radians(20))  # least cosine between triangles of faces that continue each other
@@ -43,11 +41,8 @@ class Unfolded(NamedTuple):
             folded[own] = self.pieces[number].fold(points[own])
         return folded
 
-    def lines(self, number: Callable[[float, float], float]) -> np.ndarray:
-        """Lines (N, 2, 2) in the plane along the bends, for two edges between any two.
-
-        number : of edges round a bend with a largest radius and an angle
-        """
+    def lines(self, sizes: Sizes) -> np.ndarray:
+        """Lines (N, 2, 2) in the plane along the bends, for two edges between any two."""
         found = [np.zeros((0, 2, 2))]
         for face, piece in self.pieces.items():
             if piece.radius:
@@ -55,7 +50,8 @@ class Unfolded(NamedTuple):
                 local = (self.surface.vertices[own] - piece.flat) @ piece.flat_rows.T
                 (low, start, _), (high, end, _) = local.min(axis=0), local.max(axis=0)
                 largest = max(abs(piece.radius), 2 * piece.middle - abs(piece.radius))
-                parts = whole(number(largest, (end - start) / piece.middle) / 2)
+                angle = (end - start) / piece.middle
+                parts = whole(edges_in_bend(sizes, largest, angle) / 2)
                 at = np.linspace(start, end, parts + 1)[1:-1]
                 ends = np.stack(np.broadcast_arrays([low, high], at[:, None]), axis=2)
                 found.append(piece.flat[:2] + ends @ piece.flat_rows[:2, :2])
