@@ -429,6 +429,26 @@ def test_lines_at_a_tiny_distance_are_merged_although_the_quads_between_them_are
     assert side.min() > 0.5 and len(full) == 2
 
 
+def test_merged_details_are_not_taken_if_they_cost_more_quads_than_they_are_worth():
+    """A shaft with two flats, whose arcs and chords meet at 32 degrees."""
+    radius, flat, chords = 1.995, 1.7, 48
+    end = np.arccos(flat / radius)
+    straight = np.stack([np.full(63, flat), np.linspace(-1, 1, 63) * radius * np.sin(end)], axis=1)
+    turn = np.append(np.arange(-end, end, 0.1), end)
+    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    curves = [circle(radius, chords), straight, arc, -straight, -arc]
+    ends = np.cumsum([0, *map(len, curves)])
+    lines = [
+        np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in pairwise(ends)
+    ]
+    lines = np.array([*np.concatenate(lines), (chords - 1, 0)])
+    marks, levels = np.concatenate([straight[[0, -1]], -straight[[0, -1]]]), np.array([0.0, 6, 33])
+    part = Background(np.concatenate(curves), lines, marks, levels, lambda places: places)
+    surface = replace(rod(), vertices=rod().vertices * [radius, radius, 16.5])
+    section, _, _ = section_of(surface, part, replace(SIZES, size=1.7, chord=0.07))
+    assert len(section.quads) < 60
+
+
 def test_sweeps_are_ranked_by_their_genus_and_have_separate_variants():
     surface = bored(24)
     [candidate] = propose(surface, size=1.0)

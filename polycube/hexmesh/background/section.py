@@ -71,17 +71,15 @@ def section(
     filled = quads(planes) if planes[0].regions else [NOTHING] * len(drafts)
     half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
     areas = [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
-    wanted = np.array(areas)  # of the cells
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, made in zip(variants, drafts, filled, strict=True):
         if not (made and (flat := _smooth(draft, *made))):
             continue
         sine = sines(flat.vertices, flat.quads)
         least, mean = float(sine.min()), float(sine.mean())
-        message = "sweep: %d quads, sine of the angles at least %.3f, mean %.3f"
-        logger.info(message, len(sine), least, mean)
+        logger.info("sweep: %d quads, smallest sine %.3f, mean %.3f", len(sine), least, mean)
         rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
-        if least > 0 and rank > key and _fills(flat, wanted):
+        if least > 0 and rank > key and _fills(flat, np.array(areas)):
             best, key = flat, rank
     if best is None:
         raise NoBackgroundError("all quad meshes of its section have folds")
@@ -186,7 +184,8 @@ def section_of(
         flat = made.section
         side = np.linalg.norm(np.diff(flat.vertices[flat.quads], axis=1), axis=2).min()
         least = float(min(sines(flat.vertices, flat.quads).min(), side / (TINY * sizes.size)))
-        found.append((least - BETTER * min(len(found), 2), near, cut, made))
+        more = _price(flat, found[0][3].section) if found else 0.0
+        found.append((least - BETTER * min(len(found), 2) - more, near, cut, made))
         if least > ENOUGH:
             break
     if not found:
@@ -226,4 +225,9 @@ def _is_better(new: Section, old: Section) -> bool:
     """Whether the smallest and the mean sine of the angles grow by more than the price of quads."""
     sine, before = (sines(each.vertices, each.quads) for each in (new, old))
     gain = min(sine.min(), SUFFICIENT) - min(before.min(), SUFFICIENT) + sine.mean() - before.mean()
-    return bool(gain > PRICE * max(np.log(len(sine) / len(before)), 0.0))
+    return bool(gain > _price(new, old))
+
+
+def _price(new: Section, old: Section) -> float:
+    """The price of the quads of a section beside those of another, as a gain of a sine."""
+    return PRICE * max(float(np.log(len(new.quads) / len(old.quads))), 0.0)
