@@ -88,6 +88,7 @@ def places(spline, supports=(), loaded=(), radius=0.1):
     return [place.what for place in singular_places(spline, supports, loaded, radius)]
 
 
+@pytest.mark.slow
 def test_singular_places_follow_from_the_angles():
     spline = box((2, 2, 2))
     assert places(spline) == []

@@ -158,6 +158,7 @@ def test_each_of_two_bolts_has_its_own_preload():
     assert abs(found.reactions).max() < 1e-9 * FORCE
 
 
+@pytest.mark.slow
 def test_a_sector_with_a_bolt_is_like_the_whole():
     found = {}
     for sectors in (1, 6):

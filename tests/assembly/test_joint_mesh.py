@@ -27,6 +27,7 @@ def made(name, size, folder):
     return [*group.values()], joint_meshes([*group.values()], [structure])
 
 
+@pytest.mark.slow
 def test_three_boxes_fill_their_places_exactly_and_share_vertices(tmp_path):
     _, meshes = made("cubes", 2.5, tmp_path)
     assert [volume(each) for each in meshes] == pytest.approx([1000, 1000, 125], rel=1e-9)

@@ -73,6 +73,7 @@ def test_creases_that_make_det_j_negative_stay_smooth(height):
     assert found.volume > 2 * height > round_bar - 1e-9  # convex kept: only the concave is filled
 
 
+@pytest.mark.slow
 def test_creases_that_the_fit_repairs_are_sharp(caplog):
     mesh = bent_bar(0.5)
     with caplog.at_level(logging.INFO):

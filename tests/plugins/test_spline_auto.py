@@ -12,7 +12,6 @@ from polycube.hexmesh.named_sets import boundary_sets, sets_of_spline
 from polycube.io.hex_meshes import boundary, patches
 from polycube.registry import BadOption, build, provide
 from polycube.types import HexMesh, Modes, Spline
-from tests.conftest import first_quick
 from tests.fixtures.hexmeshes import hex_box
 
 THICK, RADIUS, LEG = 2.0, 3.0, 8.0  # of a strip: wall, inner radius of its bend, legs
@@ -55,7 +54,8 @@ def answers(spline: Spline):
     return found, np.array([static.displacement_error, *(modal.frequency * modal.errors)])
 
 
-@pytest.mark.parametrize("layers", first_quick(1, [1, 2]))
+@pytest.mark.slow
+@pytest.mark.parametrize("layers", [1, 2])
 def test_bent_strips_are_accurate_with_one_or_two_hexes_through_the_wall(layers):
     mesh = strip(layers)
     exact, _ = answers(spline_of(mesh, "optimal", refine={"levels": 1}))

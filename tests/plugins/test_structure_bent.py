@@ -118,6 +118,7 @@ def test_a_bent_cad_part_is_on_its_curves(name, holes, most, tmp_path):
     assert len(mesh.hexes) < most
 
 
+@pytest.mark.slow
 def test_an_elbow_with_flanges_is_straightened_and_bent_back(tmp_path):
     """The volume of a bend is that of the straight pipe (Pappus)."""
     surface, _ = read_surface(write("flanged_elbow", tmp_path))

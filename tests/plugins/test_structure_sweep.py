@@ -429,6 +429,7 @@ def test_lines_at_a_tiny_distance_are_merged_although_the_quads_between_them_are
     assert side.min() > 0.5 and len(full) == 2
 
 
+@pytest.mark.slow
 def test_merged_details_are_not_taken_if_they_cost_more_quads_than_they_are_worth():
     """A shaft with two flats, whose arcs and chords meet at 32 degrees."""
     radius, flat, chords = 1.995, 1.7, 48

@@ -484,6 +484,7 @@ def test_holes_across_a_round_wall_are_meshed(name, most, tmp_path):
     assert len(mesh.hexes) < most
 
 
+@pytest.mark.slow
 def test_holes_that_cut_into_an_upright_rounding_become_square(tmp_path):
     """The second one is wider than high, because the rounding begins near its side."""
     surface, _ = read_surface(write("drilled_corner", tmp_path))

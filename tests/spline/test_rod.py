@@ -55,6 +55,7 @@ def test_functions_elements_volume(folder, refined):
     assert bezier_points(refined)[is_coarse] == pytest.approx(before, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_control_points_of_level_one(folder):
     published = meshio.read(folder / "rod_hex_gref_lev1_CM.vtk")
     fine, _ = rod(folder)[0].finer(np.arange(1280))

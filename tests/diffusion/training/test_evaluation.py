@@ -107,6 +107,7 @@ def right(images: Batch) -> Tensor:
     return torch.cat([images.polycube, *(30.0 * labels for labels in one_hot)], dim=1)
 
 
+@pytest.mark.slow
 def test_a_network_with_perfect_outputs_has_no_errors(measured: Callable, right: Tensor) -> None:
     found = summary(measured(right)[1])
     for name in ("error", "error_p95", "error_one_step", "off_polycube"):

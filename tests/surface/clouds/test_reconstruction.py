@@ -62,6 +62,7 @@ def test_noise_and_outliers_of_a_box():
     assert volume(surface) == pytest.approx(SIDES.prod(), rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_ring_keeps_its_hole():
     surface = reconstruct(cloud(torus(120, 40).vertices), Points())[0]
     assert genus(surface) == 1
