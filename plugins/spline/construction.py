@@ -143,8 +143,7 @@ def _inner_edges(spline: Spline, hexes: HexMesh, surface: TriMesh) -> np.ndarray
     wanted = np.sort(quads[inside > np.radians(REENTRANT)], axis=1)
     _, first, second = edge_strips(spline)
     pairs = np.stack([first, second], axis=1) // 4
-    there = np.sort(quads_of_spline(spline, hexes)[pairs], axis=1)
-    return pairs[is_among(there, wanted)]
+    return pairs[is_among(np.sort(quads_of_spline(spline, hexes)[pairs], axis=1), wanted)]
 
 
 def sharp_features(options: SplineOptions, hexes: HexMesh, found: Creases) -> Sharp:

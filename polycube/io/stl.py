@@ -42,8 +42,7 @@ def _text(data: bytes, count: int) -> np.ndarray:
     """Read a file that is not a complete binary one, whose header would give `count` triangles."""
     if b"\0" in data:
         has = f"its {len(data)} bytes contain {max(len(data) - HEADER, 0) // RECORD}"
-        what = f"not a complete STL file: its header gives {count} triangles, but {has}"
-        raise InputError(what)
+        raise InputError(f"not a complete STL file: its header gives {count} triangles, but {has}")
     if data.lstrip()[:5].lower() != b"solid":
         raise InputError("not an STL file: neither binary, nor text that begins with 'solid'")
     vertices = VERTEX.findall(data)

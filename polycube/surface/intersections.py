@@ -46,8 +46,7 @@ def meeting(vertices: np.ndarray, faces: np.ndarray, shared: int) -> np.ndarray:
     pairs = find_self_intersections(np.ascontiguousarray(vertices), np.ascontiguousarray(faces))[1]
     pairs = np.sort(pairs.reshape(-1, 2), axis=1)
     first, second = faces[pairs].transpose(1, 0, 2)
-    common = (first[:, :, None] == second[:, None]).sum(axis=(1, 2))
-    pairs = pairs[common <= shared]
+    pairs = pairs[(first[:, :, None] == second[:, None]).sum(axis=(1, 2)) <= shared]
     return pairs[np.lexsort(pairs.T[::-1])]
 
 

@@ -74,8 +74,7 @@ def _corners(axis: np.ndarray, box: np.ndarray, pieces: int) -> np.ndarray:
         across = np.delete(np.arange(3), normal)
         piece[normal][..., across] = np.moveaxis(np.indices((pieces, pieces)), 0, -1)
     scale = np.where(np.arange(3) == axis[:, None] // 2, pieces, 1)[:, None, None, None]
-    origin = pieces * box[:, None, None, None] + piece[axis // 2][:, :, :, None]
-    return origin + scale * corner
+    return pieces * box[:, None, None, None] + piece[axis // 2][:, :, :, None] + scale * corner
 
 
 def smoothed(vertices: np.ndarray, quads: np.ndarray, steps: int) -> np.ndarray:
