@@ -94,8 +94,7 @@ class Loads:
         """One line that describes the units."""
         unit = self.problem.units
         mass, stress = MASSES.get(unit, f"N s^2/{unit}"), STRESSES.get(unit, f"N/{unit}^2")
-        heat = isinstance(self.problem, Conduction)
-        power = f", power N {unit}/s, temperature K" if heat else ""
+        power = f", power N {unit}/s, temperature K" if isinstance(self.problem, Conduction) else ""
         return f"length {unit}, force N, time s, mass {mass}, stress {stress}{power}"
 
     @property

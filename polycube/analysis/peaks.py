@@ -181,8 +181,7 @@ def peaks(
     worst = int(np.argmin([tree.query(other.at)[0] for tree in trees]))
     apart = trees[worst].query(points)[0]
     outside = sound & (apart >= radius)
-    end = max(2 * radius, apart[outside].min(initial=np.inf))
-    beside = outside & (apart <= end)
+    beside = outside & (apart <= max(2 * radius, apart[outside].min(initial=np.inf)))
     ring = largest(beside) if beside.any() else other
     away_from = float(trees[worst].query(ring.at)[0])
     return peak, replace(ring, what=singular[worst].what, distance=away_from)

@@ -80,8 +80,7 @@ def evaluate_weights(cfg: Json, folder: Path) -> dict[str, object]:
 
 def table(rows: Sequence[Row]) -> str:
     """Markdown table: a line for every row, with empty cells if columns are missing."""
-    has_any = any("nearest_axis" in row["columns"] for row in rows)
-    heads = TABLE | (WITHOUT_GRID if has_any else {})
+    heads = TABLE | (WITHOUT_GRID if any("nearest_axis" in row["columns"] for row in rows) else {})
     lines = [["weights", *heads], ["-"] * (1 + len(heads))]
     for row in rows:
         columns = row["columns"]

@@ -29,8 +29,7 @@ def learning_frame(
     scale = float((high - low).max() / np.ptp(box, axis=0).max())
     if not scale > 0:
         raise ValueError("points must not all coincide")
-    center = (low + high) / 2 - scale * box.mean(axis=0)
-    return Frame(rotation, rotation.T @ center, scale)
+    return Frame(rotation, rotation.T @ ((low + high) / 2 - scale * box.mean(axis=0)), scale)
 
 
 def box_of(grid: Sequence[int], context: Sequence[str | None], pads: bool) -> np.ndarray:

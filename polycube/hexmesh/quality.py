@@ -71,8 +71,7 @@ def volume(mesh: HexMesh) -> float:
     a, b, c, d = np.moveaxis(mesh.vertices[mesh.quads] - centre, 1, 0)
     # The mean over both diagonals of a quad is exact for a bilinear quad.
     halves = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
-    six = sum(np.einsum("qd,qd->", p, np.cross(q, r)) for p, q, r in halves)
-    return float(six / 12)
+    return float(sum(np.einsum("qd,qd->", p, np.cross(q, r)) for p, q, r in halves) / 12)
 
 
 def triangles(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:

@@ -138,8 +138,7 @@ def widths(
         radius = np.linalg.norm(away, axis=1)
         found[active] = 2 * radius
         lengths = radius * np.linalg.norm(back, axis=1)
-        cosine = -(away * back).sum(axis=1) / np.maximum(lengths, 1e-30)
-        stopped = cosine < OPPOSITE
+        stopped = -(away * back).sum(axis=1) / np.maximum(lengths, 1e-30) < OPPOSITE
         found[active[stopped]] = np.linalg.norm(foot - before, axis=1)[stopped]
         stopped |= 2 * radius > most
         active, face, before = active[~stopped], face[~stopped], foot[~stopped]

@@ -378,6 +378,32 @@ def test_a_countersink_across_the_axis_is_set_into_the_plane_of_its_border():
         assert places[:, 2] == pytest.approx(np.where(COUNTERSUNK.vertices[own, 2] > 0, 3, 0))
 
 
+def test_a_conical_bottom_across_the_axis_is_set_into_the_plane_of_its_border():
+    part = set_upright(DRILLED, np.array([1.0, 0, 0]))
+    radius, height = np.linalg.norm(DRILLED.vertices[:, :2], axis=1), DRILLED.vertices[:, 2]
+    assert part.surface.vertices[(radius < 2.1) & (height > 0) & (height < 4), 2] == pytest.approx(
+        3
+    )
+    [point] = np.flatnonzero(height == 2)
+    assert part.surface.vertices[point] == pytest.approx([0, 0, 3])
+    assert np.isclose(levels_of(part), 0).any()  # a vertex of the hexes is there
+
+
+def test_a_block_with_a_drilled_hole_across_the_axis_is_left_to_polycubes():
+    """A block of 12 x 12 x 6 around it."""
+    places, region = DRILLED.vertices.copy(), DRILLED.region.copy()
+    outer = np.linalg.norm(places[:, :2], axis=1) > 5.9
+    places[outer, :2] *= 6 / abs(places[outer, :2]).max(axis=1, keepdims=True)
+    middle = places[DRILLED.faces].mean(axis=1)
+    wall = outer[DRILLED.faces].all(axis=1)
+    turn = np.arctan2(middle[wall, 1], middle[wall, 0])
+    region[wall] = region.max() + 1 + np.floor(turn / (np.pi / 2) + 0.5) % 4
+    block = replace(DRILLED, vertices=places, region=region)
+    with pytest.raises(NoBackgroundError, match="polycubes of a block with drilled holes"):
+        set_upright(block, np.array([1.0, 0, 0]))
+    assert not set_upright(block, UP).is_cap.all()
+
+
 def test_a_fillet_round_a_hole_across_the_axis_has_as_many_hexes_as_its_chords():
     turn = np.linspace(0, np.pi / 2, 9)
     fillet = zip(2 + np.cos(turn), 3 - np.sin(turn), strict=True)

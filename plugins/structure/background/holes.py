@@ -15,11 +15,13 @@ INNER = 0.7  # of half a side: its part in which edges have a length of their ow
 
 
 class Collar(NamedTuple):
-    """The chamfer, countersink or fillet round an end of a hole or boss."""
+    """The chamfer, countersink or fillet round an end of a hole or boss, or its conical bottom."""
 
     faces: np.ndarray  # (N,) its triangles
-    border: np.ndarray  # (M,) vertices of its other border, in a plane across the hole
+    # (M,) vertices of its other border, in a plane across the hole; of a bottom, of its only one
+    border: np.ndarray
     bulge: float  # largest distance of a round collar from the cone between its borders
+    is_bottom: bool = False  # whether it is the conical bottom of a hole
 
     def rows(self, sizes: Sizes) -> int:
         """Number of hexes across it."""
@@ -52,8 +54,9 @@ class Hole(NamedTuple):
         return np.stack([places @ self.across, places[:, 2]], axis=1)
 
     def parts(self, sizes: Sizes) -> int:
-        """Number of edges along each side of the square that its roundness requires."""
-        return sizes.in_quarter(float(self.extent.mean()))
+        """Number of edges along each side of the square: even for the point of a conical bottom."""
+        number = sizes.in_quarter(float(self.extent.mean()))
+        return number + number % 2 * any(collar.is_bottom for collar in self.collars)
 
     def on_sides(self, share: np.ndarray) -> np.ndarray:
         """(N, 2) points of the square after a number (N,) of its sides, from below right."""
@@ -96,8 +99,7 @@ class Hole(NamedTuple):
             for low, high in pairwise(marks):
                 heights = np.r_[low, height[(height > low) & (height < high)], high]
                 places = np.stack([np.interp(heights, height, x) for x in profile.T], axis=1)
-                number = whole(sizes.chords(sagitta(places)))
-                yield np.linspace(low, high, number + 1)[1:-1]
+                yield np.linspace(low, high, whole(sizes.chords(sagitta(places))) + 1)[1:-1]
 
     def fine(self, at: np.ndarray, faces: np.ndarray, sizes: Sizes) -> np.ndarray:
         """(N, 3) places along its other sides and across collars, and lengths of edges there."""

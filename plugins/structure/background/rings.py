@@ -97,17 +97,22 @@ def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iter
         at_rim = outside & np.isin(ends, rim).all(axis=1)
         faces = np.isin(surface.region, surface.region[beside[at_rim]]) & ~own
         borders = [loop for loop in _loops(surface.faces[faces]) if not np.isin(loop, rim).any()]
-        if len(borders) != 1 or euler(surface.faces[faces]) != 0:
+        used = np.unique(surface.faces[faces])
+        if len(borders) > 1 or euler(surface.faces[faces]) != 1 - len(borders):
             continue
-        off = abs(flat[borders[0]].mean(axis=0) - hole.middle)
-        is_level = max(np.ptp(along[rim]), np.ptp(along[borders[0]])) < near
-        is_flat = abs(along[borders[0]].mean() - along[rim].mean()) < near
+        far = used[abs(along[used] - along[rim].mean()).argmax(keepdims=True)]
+        other = borders[0] if borders else far  # of a bottom, its point
+        off = abs(flat[other].mean(axis=0) - hole.middle)
+        is_level = max(np.ptp(along[rim]), np.ptp(along[other])) < near
+        is_flat = abs(along[other].mean() - along[rim].mean()) < near
         if is_level and not is_flat and (off < CIRCLE * hole.extent).all():
             is_round = np.ptp(profile[rim, 0]) < CIRCLE * profile[rim, 0].mean()
-            start, end = (profile[loop].mean(axis=0) for loop in (rim, borders[0]))
-            away = profile[np.unique(surface.faces[faces])] - start
-            bulge = abs(cross(away, unit(np.array([end - start])))).max() if is_round else 0.0
-            yield Collar(np.flatnonzero(faces), borders[0], float(bulge))
+            start, end = (profile[loop].mean(axis=0) for loop in (rim, other))
+            bulge = abs(cross(profile[used] - start, unit(np.array([end - start])))).max()
+            if borders:
+                yield Collar(np.flatnonzero(faces), other, float(bulge * is_round))
+            elif is_round and bulge < CIRCLE * hole.extent.mean():
+                yield Collar(np.flatnonzero(faces), rim, 0.0, is_bottom=True)
 
 
 def _direction(vectors: np.ndarray) -> np.ndarray | None:

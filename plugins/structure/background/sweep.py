@@ -177,8 +177,7 @@ class Turned(ColumnStructure):
         # the core is below all ends of curves but tips on the axis
         radius = CORE * float(radii[radii > SMALLEST * largest].min(initial=largest))
         low, high = part.points[:, 0].min(), part.points[:, 0].max()
-        inner = np.array([[[low, 0], [high, 0]], [[low, radius], [high, radius]]])
-        lined = part.with_lines(inner)
+        lined = part.with_lines(np.array([[[low, 0], [high, 0]], [[low, radius], [high, radius]]]))
         points, edges = arrangement(lined.points, lined.lines, near)
         share = np.arange(PROBES) / PROBES
         inside = part.levels[:-1, None] + np.diff(part.levels)[:, None] * share

@@ -31,6 +31,7 @@ CAP = 1 - 5e-4  # smallest mean cosine between the normals of a cap and the axis
 WALL = 0.03  # largest mean cosine of a wall
 STEEP = 0.5  # smallest cosine between the normals of a sloping face and the axis
 FEW = 1e-3  # largest share of the area of a sloping face that may be steeper
+PLANES = 0.8  # share of the area in planes from which a part with drilled holes is a block
 ARCH = 1.05  # largest height of a face between two walls, relative to that between its borders
 
 
@@ -76,7 +77,11 @@ def upright(
     is_changed = ~(is_wall | is_cap)[surface.region]
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [], [np.zeros((0, 3))]
-    for hole in holes_across(surface, at, pairs, leans):
+    holes = holes_across(surface, at, pairs, leans)
+    in_planes = total[~measures.curved_faces(surface)].sum() / total.sum()
+    if in_planes > PLANES and any(each.is_bottom for hole in holes for each in hole.collars):
+        raise NoBackgroundError("polycubes of a block with drilled holes have fewer hexes")
+    for hole in holes:
         pieces = np.column_stack([region[hole.faces], square(surface, at, hole)])
         kinds, piece = np.unique(pieces, axis=0, return_inverse=True)
         region[hole.faces] = len(is_wall) + piece.ravel()

@@ -232,8 +232,7 @@ def baselines(
     surface : boundary of the polycube; geometry, normals : (N, 3) in its coordinates
     """
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    share = (geometry - geometry.min(axis=0)) / np.ptp(geometry, axis=0)
-    boxed = low + share * (high - low)
+    boxed = low + (geometry - geometry.min(axis=0)) / np.ptp(geometry, axis=0) * (high - low)
     away = LOOK * (1 - normals @ OUTWARD[surface.axis].T)  # (N, Q)
     middle = np.broadcast_to((low + high) / 2, geometry.shape)
     return {

@@ -184,8 +184,7 @@ def divided(
     for end in (one, two):
         np.minimum.at(size, end[inner[0] >= 0], longest[inner[0] >= 0])
     size = _graded(places, np.maximum(size, sizes.size / FINEST))
-    bounds = np.cumsum(counts)[:-1]
-    return list(zip(arcs, np.split(size, bounds), strict=True))
+    return list(zip(arcs, np.split(size, np.cumsum(counts)[:-1]), strict=True))
 
 
 def _own_sizes(chain: Curve, arc: np.ndarray, sizes: Sizes) -> np.ndarray:

@@ -85,8 +85,7 @@ def _slide(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:
     np.add.at(normals, surface.faces, face_normals(surface)[:, None])
     points = (points + links @ points / links.sum(axis=1)[:, None]) / 2
     feet = closest(boxes, points, unit(normals), cell)[0]
-    near = np.linalg.norm(feet - points, axis=1) < cell
-    return np.where(near[:, None], feet, points)
+    return np.where((np.linalg.norm(feet - points, axis=1) < cell)[:, None], feet, points)
 
 
 def _sharpen(surface: TriMesh, boxes: Tree, cell: float) -> np.ndarray:

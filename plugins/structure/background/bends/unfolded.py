@@ -50,8 +50,7 @@ class Unfolded(NamedTuple):
                 local = (self.surface.vertices[own] - piece.flat) @ piece.flat_rows.T
                 (low, start, _), (high, end, _) = local.min(axis=0), local.max(axis=0)
                 largest = max(abs(piece.radius), 2 * piece.middle - abs(piece.radius))
-                angle = (end - start) / piece.middle
-                parts = whole(edges_in_bend(sizes, largest, angle) / 2)
+                parts = whole(edges_in_bend(sizes, largest, (end - start) / piece.middle) / 2)
                 at = np.linspace(start, end, parts + 1)[1:-1]
                 ends = np.stack(np.broadcast_arrays([low, high], at[:, None]), axis=2)
                 found.append(piece.flat[:2] + ends @ piece.flat_rows[:2, :2])
