@@ -62,8 +62,8 @@ def upright(
 ) -> Upright:
     """Set the leaning faces of a surface upright or flat, and make holes and bosses square.
 
-    Raises NoBackgroundError if a face that leans does not have one or two borders at constant
-    heights, or if a plane is oblique, or if holes across the axis meet at their sides.
+    Raises NoBackgroundError if a leaning face has no border at a constant height, if a plane is
+    oblique, if holes across the axis meet at their sides, or for a block with drilled holes there.
 
     pairs : of half-edges on a common edge, as `twins` finds them
     near : distance below which heights are equal
