@@ -25,8 +25,7 @@ def terminable() -> Iterator[threading.Event]:
         interrupted.set()
         raise KeyboardInterrupt
 
-    is_handled = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-    on_interrupt = stop if is_handled else signal.SIG_IGN
+    on_interrupt = signal.SIG_IGN if signal.getsignal(signal.SIGINT) is signal.SIG_IGN else stop
     with _handled(signal.SIGTERM, stop), _handled(signal.SIGINT, on_interrupt):
         try:
             yield interrupted

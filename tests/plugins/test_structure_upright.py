@@ -381,9 +381,8 @@ def test_a_countersink_across_the_axis_is_set_into_the_plane_of_its_border():
 def test_a_conical_bottom_across_the_axis_is_set_into_the_plane_of_its_border():
     part = set_upright(DRILLED, np.array([1.0, 0, 0]))
     radius, height = np.linalg.norm(DRILLED.vertices[:, :2], axis=1), DRILLED.vertices[:, 2]
-    assert part.surface.vertices[(radius < 2.1) & (height > 0) & (height < 4), 2] == pytest.approx(
-        3
-    )
+    is_bottom = (radius < 2.1) & (height > 0) & (height < 4)
+    assert part.surface.vertices[is_bottom, 2] == pytest.approx(3)
     [point] = np.flatnonzero(height == 2)
     assert part.surface.vertices[point] == pytest.approx([0, 0, 3])
     assert np.isclose(levels_of(part), 0).any()  # a vertex of the hexes is there

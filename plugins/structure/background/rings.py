@@ -100,11 +100,11 @@ def _collars(surface: TriMesh, at: np.ndarray, pairs: Pairs, hole: Hole) -> Iter
         used = np.unique(surface.faces[faces])
         if len(borders) > 1 or euler(surface.faces[faces]) != 1 - len(borders):
             continue
-        far = used[abs(along[used] - along[rim].mean()).argmax(keepdims=True)]
-        other = borders[0] if borders else far  # of a bottom, its point
+        level = along[rim].mean()
+        other = borders[0] if borders else used[abs(along[used] - level).argmax(keepdims=True)]
         off = abs(flat[other].mean(axis=0) - hole.middle)
         is_level = max(np.ptp(along[rim]), np.ptp(along[other])) < near
-        is_flat = abs(along[other].mean() - along[rim].mean()) < near
+        is_flat = abs(along[other].mean() - level) < near
         if is_level and not is_flat and (off < CIRCLE * hole.extent).all():
             is_round = np.ptp(profile[rim, 0]) < CIRCLE * profile[rim, 0].mean()
             start, end = (profile[loop].mean(axis=0) for loop in (rim, other))

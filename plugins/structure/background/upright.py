@@ -78,8 +78,8 @@ def upright(
     leans = np.unique(surface.region[is_changed]).tolist()
     region, levels, fine = surface.region.copy(), [], [np.zeros((0, 3))]
     holes = holes_across(surface, at, pairs, leans)
-    in_planes = total[~measures.curved_faces(surface)].sum() / total.sum()
-    if in_planes > PLANES and any(each.is_bottom for hole in holes for each in hole.collars):
+    has_bottom = any(each.is_bottom for hole in holes for each in hole.collars)
+    if has_bottom and total[~measures.curved_faces(surface)].sum() > PLANES * total.sum():
         raise NoBackgroundError("polycubes of a block with drilled holes have fewer hexes")
     for hole in holes:
         pieces = np.column_stack([region[hole.faces], square(surface, at, hole)])

@@ -71,6 +71,7 @@ def section(
     filled = quads(planes) if planes[0].regions else [NOTHING] * len(drafts)
     half = [cross(chain.points[:-1], chain.points[1:]).sum() / 2 for chain in chains]
     areas = [sum(np.sign(n) * half[abs(n) - 1] for loop in cell for n in loop) for cell in loops]
+    wanted = np.array(areas)  # of the cells
     best, key = None, (0.0, 0.0, 0.0)
     for (scale, _), draft, made in zip(variants, drafts, filled, strict=True):
         if not (made and (flat := _smooth(draft, *made))):
@@ -79,7 +80,7 @@ def section(
         least, mean = float(sine.min()), float(sine.mean())
         logger.info("sweep: %d quads, smallest sine %.3f, mean %.3f", len(sine), least, mean)
         rank = STEP * (min(least, SUFFICIENT) // STEP), scale, mean
-        if least > 0 and rank > key and _fills(flat, np.array(areas)):
+        if least > 0 and rank > key and _fills(flat, wanted):
             best, key = flat, rank
     if best is None:
         raise NoBackgroundError("all quad meshes of its section have folds")
