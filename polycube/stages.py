@@ -60,8 +60,7 @@ class Clock:
                 logger.debug("stage %s failed", name, exc_info=True)
                 raise MeshingError(f"stage {name} failed: {type(bug).__name__}: {bug}") from bug
             finally:
-                inner = sum(self.seconds.values())
-                self._note(name, time.perf_counter() - inner - begin, effort)
+                self._note(name, time.perf_counter() - sum(self.seconds.values()) - begin, effort)
 
     def _note(self, name: str, spent: float, effort: Counter[str]) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + spent

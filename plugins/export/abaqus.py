@@ -141,8 +141,7 @@ def _joints(
         if loads and mesh.friction is not None:
             solid = mesh.cell[owner] * bool(loads.problem.materials)
             named = [loads.sections[solid[mesh.sets[name][0]]] for name in (one, other)]
-            young = [loads.values(material)[0] for _, _, material in named]
-            stiffness = STIFF * min(young) / size
+            stiffness = STIFF * min(loads.values(material)[0] for _, _, material in named) / size
         yield one, other, GAP * size, stiffness
 
 

@@ -66,8 +66,7 @@ class Material:
         own = self.at(elements)
         shear, lame = (np.asarray(each)[..., None] for each in (own.shear, own.lame))
         double = (slope + slope.swapaxes(-1, -2))[..., [0, 1, 2, 1, 2, 0], [0, 1, 2, 2, 0, 1]]
-        dilation = np.trace(slope, axis1=-2, axis2=-1)[..., None]
-        return shear * double + lame * dilation * EQUAL
+        return shear * double + lame * np.trace(slope, axis1=-2, axis2=-1)[..., None] * EQUAL
 
     def work(self, stress: np.ndarray) -> np.ndarray:
         """(...) products of stress and elastic strain, of stresses (..., 6), or (E, q, 6)."""

@@ -61,8 +61,7 @@ def settle(drawing: Drawing, number: int, knots: np.ndarray) -> np.ndarray:
     along = knots[-1] - knots[0]
     share = (knots - knots[0]) @ along / (along @ along)
     guided = (sheet.places[path] - knots[0]) @ along / (along @ along)
-    smooth = _evened(length, isotonic_regression(np.clip(guided, 0, 1)).x)
-    at = EVEN * length + (1 - EVEN) * smooth
+    at = EVEN * length + (1 - EVEN) * _evened(length, isotonic_regression(np.clip(guided, 0, 1)).x)
     stops = np.abs(at - share[:, None]).argmin(axis=1)
     last = len(knots) - 1
     for k in range(1, last + 1):  # a separate vertex for each knot

@@ -119,7 +119,6 @@ def lattice_weights(points: np.ndarray, hexes: np.ndarray) -> csr_matrix:
     entries = []
     for start, end in EDGES:
         axis = int((PLACES[end] - PLACES[start]).argmax())
-        share = size.prod(axis=1) / size[:, axis] ** 2 / 4
-        entries.append((hexes[:, start], hexes[:, end], share))
+        entries.append((hexes[:, start], hexes[:, end], size.prod(axis=1) / size[:, axis] ** 2 / 4))
     found = _matrix(entries, len(points))
     return found + found.T

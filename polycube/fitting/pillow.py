@@ -146,8 +146,7 @@ def _covered(quads: np.ndarray, region: np.ndarray, covered: np.ndarray) -> np.n
     """(Q,) quads to cover: the wanted ones, and regions whose layers only touch at vertices."""
     while True:
         sides, _ = _rim(quads, covered)
-        rims = np.bincount(sides.ravel(), minlength=quads.max() + 1)
-        touching = (rims > 2)[quads].any(axis=1)
+        touching = (np.bincount(sides.ravel(), minlength=quads.max() + 1) > 2)[quads].any(axis=1)
         if not touching.any():
             return covered
         covered = covered | np.isin(region, region[touching])

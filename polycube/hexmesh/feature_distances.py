@@ -58,7 +58,7 @@ def feature_distances(
 ) -> list[Feature]:
     """Measure the distance of each feature of a CAD part from a hex mesh.
 
-    Points are those where at least three curves meet.
+    Points are those where at least three curves meet, and the tips of cones.
 
     nearest : for each CAD face, the distances (S,) of samples from the boundary of the mesh
     """
@@ -96,12 +96,15 @@ def feature_sizes(goal: Target) -> tuple[list[float], list[float], list[float]]:
 
 
 def points_of(features: Features) -> dict[int, list[int]]:
-    """Corners where at least three curves meet, with the numbers of these curves."""
+    """Corners where at least three curves meet, and tips of cones, with the numbers of curves."""
     at: dict[int, list[int]] = {}
     for number, crease in enumerate(features.creases):
         for end in crease.ends[: 2 * (not crease.is_loop)]:
             at.setdefault(end, []).append(number)
-    return {end: own for end, own in at.items() if len(own) >= 3}
+    found = {end: own for end, own in at.items() if len(own) >= 3}
+    for tip, face in features.tips.items():
+        found[tip] = [number for number, each in enumerate(features.creases) if face in each.faces]
+    return found
 
 
 def _feature(

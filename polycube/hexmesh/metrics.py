@@ -59,8 +59,7 @@ def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
 def _ratio(lengths: np.ndarray) -> np.ndarray:
     """(H,) ratio of the longest to the shortest of lengths (H, n)."""
     shortest = lengths.min(axis=1)
-    ratio = lengths.max(axis=1) / np.maximum(shortest, LEAST)
-    return np.where(shortest > LEAST, ratio, LARGEST)
+    return np.where(shortest > LEAST, lengths.max(axis=1) / np.maximum(shortest, LEAST), LARGEST)
 
 
 def _skew(axes: np.ndarray) -> np.ndarray:

@@ -156,8 +156,7 @@ class CurveMatcher:
         self._trees, parts = [], []
         for pair in np.unique(adjacent[between], axis=0).tolist():
             if tuple(pair) in curves:
-                ends = np.concatenate(curves[tuple(pair)])
-                self._trees.append(closest.tree(ends[:, [0, 1, 1]]))
+                self._trees.append(closest.tree(np.concatenate(curves[tuple(pair)])[:, [0, 1, 1]]))
                 parts.append(first[(adjacent == pair).all(axis=1)])
         edges = np.concatenate([np.zeros(0, np.int64), *parts])
         self._counts = [len(part) * len(LINE) for part in parts]

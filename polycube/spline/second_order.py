@@ -127,8 +127,7 @@ def positive(points: np.ndarray, hexes: np.ndarray) -> np.ndarray:
 def _positive(nodes: np.ndarray) -> np.ndarray:
     nodes = nodes - nodes[:, :1]  # reduces rounding errors for a part far from the origin
     at = SERENDIPITY @ nodes if nodes.shape[1] == 20 else nodes
-    jacobian = np.einsum("aqn,hni->hqia", GRADIENTS, at, optimize=True)
-    boxes = np.linalg.det(jacobian) @ TO_BERNSTEIN.T
+    boxes = np.linalg.det(np.einsum("aqn,hni->hqia", GRADIENTS, at, optimize=True)) @ TO_BERNSTEIN.T
     length = np.linalg.norm(at[:, EDGES[:, 1]] - at[:, EDGES[:, 0]], axis=2).max(axis=1)
     tiny = ROUNDING * np.maximum(length**3, np.finfo(float).tiny)
     _, bound = signed_bounds(boxes - tiny[:, None], DEGREE)

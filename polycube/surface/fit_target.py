@@ -3,7 +3,7 @@
 All lengths are at unit scale (bounding box centred, diagonal 1), so weights have no units.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -91,7 +91,7 @@ def target(surface: TriMesh) -> Target:
     """Prepare a surface; the result is cached for each surface object."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     center, scale = (low + high) / 2, measures.diagonal(surface)
-    small = TriMesh((surface.vertices - center) / scale, surface.faces, surface.region)
+    small = replace(surface, vertices=(surface.vertices - center) / scale)
     normals = measures.face_normals(small)
     graph = features(small, normals)
     normals = steady_normals(small, normals, graph.noise, STEADY)

@@ -117,8 +117,7 @@ def check_segment(plugin: Callable) -> None:
     own = set(zip(faces.patch.tolist(), faces.axis.tolist(), strict=True))
     used = set(zip(labels.patch.tolist(), labels.axis.tolist(), strict=True))
     claim(used <= own, "patch and axis are those of a polycube face", sorted(used - own))
-    wanted = lattice.nearest_axis(surfaces.face_normals(part.surface))
-    wrong = float((labels.axis != wanted).mean())
+    wrong = float((labels.axis != lattice.nearest_axis(surfaces.face_normals(part.surface))).mean())
     claim(wrong < 0.05, "a face of the block has the axis of its normal", f"{wrong:.0%} wrong")
 
 

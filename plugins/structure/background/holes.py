@@ -86,8 +86,7 @@ class Hole(NamedTuple):
 
         levels : (N,) heights that divide these sides; borders of CAD faces divide them, too
         """
-        faces = surface.faces[self.faces]
-        used, on = np.unique(faces, return_inverse=True)
+        used, on = np.unique(surface.faces[self.faces], return_inverse=True)
         face = np.unique(np.stack([on.ravel(), surface.region[self.faces].repeat(3)]), axis=1)
         is_border = np.bincount(face[0]) > 1
         off_side = abs(self.flat(at[used])[:, :1] - self.sides[0]) / np.ptp(self.sides[0])

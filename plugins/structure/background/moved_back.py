@@ -96,8 +96,7 @@ def _unfolding(
         if cross(c - a, d - b).sum() < 0:
             rows[0], flat[:, 0] = -rows[0], -flat[:, 0]
         if abs(flat[:, 2]).max() < near and sines(flat[:, :2], own).min() < 0:
-            smooth = smoothed(flat[:, :2], own, ~np.isin(used, rim))
-            shift[used] = (smooth - flat[:, :2]) @ rows[:2]
+            shift[used] = (smoothed(flat[:, :2], own, ~np.isin(used, rim)) - flat[:, :2]) @ rows[:2]
     return shift
 
 

@@ -60,8 +60,7 @@ def _aligned(sides: np.ndarray, extent: np.ndarray) -> np.ndarray:
     places = sides.ravel()
     order = np.argsort(places, kind="stable")
     near = ALIGNED * np.repeat(extent, 2)[order]
-    gap = np.diff(places[order]) > np.minimum(near[1:], near[:-1])
-    group = np.append(0, np.cumsum(gap))
+    group = np.append(0, np.cumsum(np.diff(places[order]) > np.minimum(near[1:], near[:-1])))
     found = np.empty_like(places)
     found[order] = (np.bincount(group, places[order]) / np.bincount(group))[group]
     return found.reshape(-1, 2)

@@ -76,8 +76,7 @@ def _creases(
     face = pieces.face[pieces.piece]
     normals = face_normals(pieces.surface)
     cosine = np.einsum("ed,ed->e", normals[first // 3], normals[second // 3])
-    is_crease = (face[first // 3] != face[second // 3]) & (cosine < CREASE)
-    first = first[is_crease]
+    first = first[(face[first // 3] != face[second // 3]) & (cosine < CREASE)]
     ends = half_edges(pieces.surface.faces)[first]
     own = label[first // 3] // 2
     direction = np.diff(pieces.surface.vertices[ends], axis=1)[:, 0]

@@ -134,8 +134,7 @@ def spaced(
     missing = least - rows @ constants
     if (missing <= 0).all():
         return constants
-    scale = np.abs(np.diag(form)).max()
-    root = np.linalg.cholesky(form / scale + 1e-9 * np.eye(len(form)))
+    root = np.linalg.cholesky(form / np.abs(np.diag(form)).max() + 1e-9 * np.eye(len(form)))
     matrix = np.vstack([np.linalg.solve(root, rows.T), missing])
     goal = np.append(np.zeros(len(form)), 1.0)
     weights, _ = nnls(matrix, goal, maxiter=50 * len(low))

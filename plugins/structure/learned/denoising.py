@@ -164,5 +164,4 @@ def _rotation(candidate: Candidate) -> np.ndarray:
     corners = corners.reshape(-1, 3) - corners.reshape(-1, 3).mean(axis=0)
     linear = np.linalg.lstsq(corners, rough.positions.reshape(-1, 3), rcond=None)[0].T
     left, _, right = np.linalg.svd(linear)
-    proper = left * [1, 1, np.sign(np.linalg.det(left @ right))] @ right
-    return proper.T
+    return (left * [1, 1, np.sign(np.linalg.det(left @ right))] @ right).T

@@ -139,8 +139,7 @@ def guesses(
     found = []
     for (frame, key, _), (_, index, polycube) in best.items():
         extent = np.ptp(surface.vertices @ placed[index].T, axis=0)
-        sides = [knots[-1] - knots[0] for knots in polycube.knots]
-        stretched = np.log(extent / sides).std()
+        stretched = np.log(extent / [knots[-1] - knots[0] for knots in polycube.knots]).std()
         log_p = mean[frame, key]
         guess = Guess(polycube, placed[index], key, log_p, float(np.exp(log_p) / total[frame]))
         found.append((-log_p, key, stretched, guess))

@@ -91,8 +91,7 @@ def manifold(share: np.ndarray, least: float) -> np.ndarray:
         _repair(solid, codes(solid), weight, TABLE)
         inner = solid[1:-1, 1:-1, 1:-1]
         piece = label(inner)[0]
-        sizes = np.bincount(piece.ravel(), minlength=2)
-        full = binary_fill_holes(piece == 1 + sizes[1:].argmax())
+        full = binary_fill_holes(piece == 1 + np.bincount(piece.ravel(), minlength=2)[1:].argmax())
         if (full == inner).all():
             break
     return full

@@ -114,8 +114,7 @@ class DDPMPolycube(L.LightningModule):
         """Loss of predictions (B, 3, h, w); real (B, h, w) is False in padding."""
         if self.learning.loss == "mse":
             return functional.mse_loss(outputs, target)
-        squared = (outputs - target).square().sum(dim=1)
-        return ((squared + SOFT**2).sqrt() - SOFT)[real].mean()
+        return (((outputs - target).square().sum(dim=1) + SOFT**2).sqrt() - SOFT)[real].mean()
 
     def _context_loss(self, geometry: Tensor, turn: Tensor, target: Tensor) -> Tensor:
         """Cross-entropies of the alignment of rotated geometries, and of the cells of aligned ones.

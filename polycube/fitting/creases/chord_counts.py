@@ -120,8 +120,7 @@ def chord_error(crease: Crease, number: int) -> float:
     apart = crease.at(arc)[0].reshape(number, SAMPLES, 3) - ends[:, None]
     square = np.maximum((chord * chord).sum(axis=2), 1e-30)
     share = np.clip((apart * chord).sum(axis=2) / square, 0, 1)
-    gaps = np.linalg.norm(apart - share[:, :, None] * chord, axis=2)
-    return float(np.percentile(gaps, MOST))
+    return float(np.percentile(np.linalg.norm(apart - share[:, :, None] * chord, axis=2), MOST))
 
 
 def chords_needed(error: Callable[[int], float], wanted: float, least: int, most: int) -> int:

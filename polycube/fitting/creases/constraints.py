@@ -93,7 +93,8 @@ class Goals:
 def match(problem: FitProblem, x: np.ndarray) -> Matching:
     """Paths for the creases of the surface on a mesh close to it, and vertices for the corners.
 
-    The problem then assigns the quads to the CAD faces that the paths enclose.
+    The problem then assigns the quads to the CAD faces that the paths enclose. The tip of a cone
+    gets the closest vertex inside its face.
     """
     features = problem.target.followed
     if not features.creases:
@@ -101,9 +102,15 @@ def match(problem: FitProblem, x: np.ndarray) -> Matching:
     routes, ends, vertices = find_routes(features, problem, x)
     fixed = features.is_fixed[ends]
     found = Matching(tuple(routes), vertices[fixed], features.corners[ends[fixed]])
-    matched = [route.crease for route in routes]
-    problem.restrict_to_faces(quad_faces(problem, x, on_crease(problem, found), matched))
-    return found
+    faces = quad_faces(problem, x, on_crease(problem, found), [route.crease for route in routes])
+    problem.restrict_to_faces(faces)
+    corner, goal = [*found.corner], [*found.corner_goal]
+    for tip, face in features.tips.items():
+        inside = np.setdiff1d(problem.quads[faces == face], problem.quads[faces != face])
+        away = np.linalg.norm(x[inside] - features.corners[tip], axis=1)
+        corner += [*inside[away.argsort(kind="stable")[:1]]]
+        goal += [features.corners[tip]] * (len(inside) > 0)
+    return replace(found, corner=np.array(corner, int), corner_goal=np.reshape(goal, (-1, 3)))
 
 
 def on_crease(problem: FitProblem, matching: Matching) -> np.ndarray:

@@ -74,12 +74,13 @@ def path_sides(path: np.ndarray, is_loop: bool) -> np.ndarray:
 
 
 def place_corners(features: Features, problem: FitProblem, x: np.ndarray, mesh: Net) -> np.ndarray:
-    """(C,) vertex for each corner of the surface; -1 if there is no suitable one.
+    """(C,) vertex for each corner of the surface; -1 for a tip, and if there is no suitable one.
 
     A vertex is only used once, except for coincident corners.
     """
     representative = merged(features)
-    distinct = np.flatnonzero(representative == np.arange(len(representative)))
+    number = np.arange(len(representative))
+    distinct = np.flatnonzero((representative == number) & ~np.isin(number, [*features.tips]))
     reach = REACH * mesh.size[problem.outer]
     around = cKDTree(x[problem.outer]).query_ball_point(
         features.corners[distinct], reach.max(), return_sorted=True

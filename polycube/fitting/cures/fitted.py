@@ -162,13 +162,11 @@ def edge_keys(ends: np.ndarray, n_vertices: int) -> np.ndarray:
 def with_flat_corners(fit: Fitted) -> Iterator[tuple[int, np.ndarray]]:
     """Numbers of CAD faces with flat corners, and hexes (H,) to surround by a sheet there."""
     mesh, owner = fit.mesh, fit.links.sides[0]
-    keys = edge_keys(half_edges(mesh.quads), len(mesh.vertices))
-    on = np.isin(keys, fit.on_path).reshape(-1, 4)
+    on = np.isin(edge_keys(half_edges(mesh.quads), len(mesh.vertices)), fit.on_path).reshape(-1, 4)
     flat, sharp = corners_between(mesh.vertices, mesh.quads, on, on, fit.corners)
     for number in np.unique(fit.part[flat.any(axis=1)]):
         own = fit.part == number
-        under = np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp])
-        yield int(fit.cad_face[own][0]), under
+        yield int(fit.cad_face[own][0]), np.isin(np.arange(len(mesh.hexes)), owner[own & ~sharp])
 
 
 def certified_jacobian(vertices: np.ndarray, hexes: np.ndarray) -> np.ndarray:

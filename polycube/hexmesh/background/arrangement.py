@@ -136,8 +136,7 @@ def _sags(points: np.ndarray, lines: np.ndarray) -> np.ndarray:
     away = np.where(np.array([one, two]) % 2, -1, 1)[..., None] * step[[one // 2, two // 2]]
     turn = np.full(len(points), np.inf)
     both = np.maximum(length[one // 2] * length[two // 2], 1e-300)  # equal points may be connected
-    cosine = -np.einsum("nd,nd->n", *away) / both
-    turn[inner] = np.arccos(np.clip(cosine, -1, 1))
+    turn[inner] = np.arccos(np.clip(-np.einsum("nd,nd->n", *away) / both, -1, 1))
     chord = np.zeros(len(points))
     chord[inner] = np.minimum(length[one // 2], length[two // 2])
     low, high = np.sort(turn[lines], axis=1).T

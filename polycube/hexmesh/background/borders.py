@@ -107,8 +107,7 @@ def _with_rings(
         left.append(ring)
         start += len(loop)
     added = np.concatenate(new)
-    inner = np.arange(start - len(added), start)
-    return Cell(np.concatenate(quads), inner, tuple(left)), added
+    return Cell(np.concatenate(quads), np.arange(start - len(added), start), tuple(left)), added
 
 
 def _between(
@@ -179,8 +178,7 @@ def four_sides(chains: list[Curve], cell: list[Side], most: float) -> list[Side]
     sides = [turned[a:b] for a, b in pairwise(bounds)]
     length = [sum(float(chains[abs(n) - 1].arc[-1]) for n in side) for side in sides]
     ratios = [length[k] / length[k + 2] for k in (0, 1)]
-    uneven = max(max(ratio, 1 / ratio) for ratio in ratios)
-    return sides if uneven < most else []
+    return sides if max(max(ratio, 1 / ratio) for ratio in ratios) < most else []
 
 
 def _pairs(sides: list[Side]) -> list[Pair]:

@@ -43,8 +43,7 @@ def columns(flat: Section, background: Background, full: np.ndarray, number: np.
     between = zip(levels[:-1], levels[1:], number.tolist(), strict=True)
     parts = [low + (high - low) * np.arange(n) / n for low, high, n in between]
     heights = np.append(np.concatenate(parts), levels[-1])
-    slab = np.repeat(np.arange(len(number)), number)
-    layer, quad = np.nonzero(full[flat.cell][:, slab].T)
+    layer, quad = np.nonzero(full[flat.cell][:, np.repeat(np.arange(len(number)), number)].T)
     size = len(flat.vertices)
     below = flat.quads[quad] + layer[:, None] * size
     above = below + size
@@ -105,8 +104,7 @@ def disc(number: int) -> tuple[np.ndarray, np.ndarray]:
     ring = np.stack([names[1:], names[:-1], after[:-1], after[1:]], axis=-1)
     square = np.stack([table[:-1, :-1], table[1:, :-1], table[1:, 1:], table[:-1, 1:]], axis=-1)
     quads = np.concatenate([ring.reshape(-1, 4), square.reshape(-1, 4)])
-    is_free = np.arange(len(vertices)) >= number
-    return smoothed(vertices, quads, is_free), quads
+    return smoothed(vertices, quads, np.arange(len(vertices)) >= number), quads
 
 
 def core(

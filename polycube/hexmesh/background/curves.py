@@ -231,8 +231,7 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
     parts = total / (float(size.min()) if _is_even(chain, size) else mean)
     half = np.round(parts / 2) if chain.turn < CORNER else whole(parts / 2)
     circle = total * 2 * np.pi / max(chain.turn, CORNER)
-    around = edges_around(sizes.around_hole, circle, sizes.size)
-    least = whole(around * chain.turn / (4 * np.pi))
+    least = whole(edges_around(sizes.around_hole, circle, sizes.size) * chain.turn / (4 * np.pi))
     is_closed = (chain.points[0] == chain.points[-1]).all()
     return 2 * int(max(half, least, 3 if is_closed else 1))
 
@@ -242,7 +241,6 @@ def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.n
     total = float(chain.arc[-1])
     cumulated = np.append(0, np.cumsum(size**0 if _is_even(chain, size) else 1 / size))
     knots = np.arange(len(arc) + 1) / len(arc) * total
-    where = np.interp(np.linspace(0, cumulated[-1], number + 1), cumulated, knots)
-    found = _at(chain, where)[:, 0]
+    found = _at(chain, np.interp(np.linspace(0, cumulated[-1], number + 1), cumulated, knots))[:, 0]
     found[0], found[-1] = chain.points[0], chain.points[-1]
     return found

@@ -194,8 +194,7 @@ def section_of(
     _, near, cut, best = max(found, key=lambda each: each[0])
     if best.may_improve:
         with suppress(NoBackgroundError):
-            wider = replace(sizes, uneven=SECTOR)
-            other = _filled(surface, cut.with_lines(best.cuts), near, wider)
+            other = _filled(surface, cut.with_lines(best.cuts), near, replace(sizes, uneven=SECTOR))
             if _is_better(other.section, best.section):
                 best = other
     return best.section, cut, best.full

@@ -28,8 +28,7 @@ def bounded_segments(gmsh: ModuleType, faces: list[int], segments: int, coarse: 
         if wanted < coarse:
             own = _triangles(area, wanted)
             number += min(own, MOST) if _is_fillet(*found) else own
-    share = np.sqrt(MOST_OF_ALL / max(number, MOST_OF_ALL))
-    return int(np.ceil(max(share, 0.5) * segments))
+    return int(np.ceil(max(np.sqrt(MOST_OF_ALL / max(number, MOST_OF_ALL)), 0.5) * segments))
 
 
 def _measures(gmsh: ModuleType, face: int) -> tuple[float, float, float]:

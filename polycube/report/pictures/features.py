@@ -74,8 +74,7 @@ def _chains(
 def lines(chains: list[np.ndarray], colour: str) -> Layer:
     """Lines through the points (N, 3) of each chain."""
     points = np.concatenate(chains)
-    ends = np.cumsum([len(chain) for chain in chains])
-    first = np.setdiff1d(np.arange(len(points)), ends - 1)
+    first = np.setdiff1d(np.arange(len(points)), np.cumsum([len(chain) for chain in chains]) - 1)
     nothing = np.zeros((0, 3), np.int64)
     lines, no_colours = np.stack([first, first + 1], axis=1), nothing.astype(np.uint8)
     return Layer(points, nothing, no_colours, lines, line_colour=colour, line_width=WIDTH)

@@ -1,6 +1,7 @@
 """The features of a closed surface as a graph: creases, and the corners where they meet.
 
-In a CAD model all borders of faces are creases, independent of angle and length.
+In a CAD model all borders of faces are creases, independent of angle and length. The tip of a
+conical face is a corner without creases.
 
 In a triangle surface an edge is sharp if the normals turn by more than 46 degrees. This is above
 the angle of a cylinder of eight facets (45), which is the coarsest approximation of a smooth part,
@@ -21,7 +22,7 @@ import numpy as np
 from polycube.surface.arc_length import lengths
 from polycube.surface.curves.features import Crease, Features
 from polycube.surface.filtered_normals import between_planes, broad_turns
-from polycube.surface.measures import connected, half_edges, twins
+from polycube.surface.measures import connected, corner_angles, half_edges, twins
 from polycube.types import TriMesh
 
 SHARP = np.deg2rad(46)  # smallest angle between the normals at a sharp edge
@@ -32,6 +33,7 @@ BROAD = 0.025  # half a hex: radius over which normals are averaged
 STILL = np.deg2rad(40)  # smallest angle between the averaged normals
 LONG = 0.2  # four hexes: length of a crease that noise seldom reaches
 LOOSE = 0.06  # length per loose end below which a crease is noise
+TIP = 0.1  # smallest difference of the angles at the tip of a cone from a full turn, in radians
 
 
 def features(surface: TriMesh, normals: np.ndarray) -> Features:
@@ -58,10 +60,31 @@ def features(surface: TriMesh, normals: np.ndarray) -> Features:
         start, end = [number[v] for v in _ends(sides, chain)] or [-1, -1]
         low, high = faces[edge[0]].tolist()
         creases.append(Crease(path, lengths(path), inside[edge], (start, end), (low, high)))
-    at = np.array(sorted(ends), np.int64)
     degree = np.bincount(sides.ravel(), minlength=len(points))
-    n_faces = len(np.unique(surface.region))
-    return Features(tuple(creases), points[at].reshape(-1, 3), degree[at] != 1, noise, n_faces)
+    tips = _tips(surface, degree == 0)
+    at = np.array([*sorted(ends), *tips], np.int64)
+    n_faces, of_tips = len(np.unique(surface.region)), dict(enumerate(tips.values(), len(ends)))
+    corners, is_fixed = points[at].reshape(-1, 3), degree[at] != 1
+    return Features(tuple(creases), corners, is_fixed, noise, n_faces, of_tips)
+
+
+def _tips(surface: TriMesh, is_inside: np.ndarray) -> dict[int, int]:
+    """Tip of each conical CAD face that has one: the angles there are less than a full turn.
+
+    is_inside : (V,) whether a vertex is on no curve
+    """
+    cones = [face for face, shape in enumerate(surface.region_shapes, 1) if shape == "cone"]
+    if not cones:
+        return {}
+    angle = np.bincount(surface.faces.ravel(), corner_angles(surface).ravel(), len(is_inside))
+    less = np.where(is_inside, 2 * np.pi - angle, 0)
+    tips = {}
+    for face in cones:
+        own = surface.faces[surface.region == face].ravel()
+        tip = int(own[less[own].argmax()])
+        if less[tip] > TIP:
+            tips[tip] = face
+    return tips
 
 
 def _curve_edges(

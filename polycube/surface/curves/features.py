@@ -1,13 +1,14 @@
 """The features of a surface: its curves and their end points.
 
-In a CAD model, the curves between two faces, including tangent ones. In a triangle surface, the
-sharp edges. `polycube.surface.curves.creases` finds both. Some coincide with
+In a CAD model, the curves between two faces, including tangent ones, and the tips of cones. In a
+triangle surface, the sharp edges. `polycube.surface.curves.creases` finds both. Some coincide with
 others within the tolerance of a mesh.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -109,13 +110,14 @@ class Crease:
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Curves of a surface and their end points."""
+    """Curves of a surface, their end points, and the tips of cones."""
 
     creases: tuple[Crease, ...]  # the curves
-    corners: np.ndarray  # (C, 3) the end points
+    corners: np.ndarray  # (C, 3) the end points and the tips
     is_fixed: np.ndarray  # (C,) False for a corner that is only the loose end of one curve
     noise: np.ndarray  # (N, 2) ends of the edges that are sharp only locally
     n_faces: int = 0  # number of CAD faces; 0 for a triangle surface
+    tips: Mapping[int, int] = field(default_factory=dict)  # corners at tips, with their CAD faces
 
 
 def shape_of(points: np.ndarray) -> str:

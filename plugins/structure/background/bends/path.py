@@ -95,8 +95,7 @@ def _traced(
         else:
             where = measures.place(surface, x[used[off.argmax()]])
             raise NoBackgroundError(f"its section is not constant along a path near {where}")
-        seams = ends[own.all(axis=1)].ravel()
-        marks.append(flat[np.isin(used, seams)])
+        marks.append(flat[np.isin(used, ends[own.all(axis=1)].ravel())])
         normal = motion.move(x[:1] + normal, np.ones(1))[0] - motion.move(x[:1], np.ones(1))[0]
         motions.append(motion)
         here = after

@@ -99,8 +99,7 @@ def _unfolded(surface: TriMesh, borders: Borders, start: int, normal: np.ndarray
     """The sheet, one side of which is followed from a plane with a normal."""
     x, near = surface.vertices, NEAR * measures.diagonal(surface)
     side = np.isin(surface.region, list(_pieces(surface, borders, start, normal, 0.0)))
-    tree = closest.tree(x[surface.faces[side]])
-    at, face, _ = closest.closest(tree, x)
+    at, face, _ = closest.closest(closest.tree(x[surface.faces[side]]), x)
     off = np.linalg.norm(at - x, axis=1)
     thickness, area = off.max(), measures.face_areas(surface)[side].sum()
     if not near < thickness < THIN * np.sqrt(area):

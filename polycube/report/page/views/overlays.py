@@ -114,7 +114,6 @@ def simplified(surface: TriMesh, most: int = MOST_TRIANGLES) -> tuple[np.ndarray
         count = np.bincount(joined)
         sums = [np.bincount(joined, column) / count for column in surface.vertices.T]
         vertices, faces = np.stack(sums, axis=1), joined[surface.faces]
-        is_flat = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-        faces = np.unique(faces[~is_flat], axis=0)
+        faces = np.unique(faces[~(faces == np.roll(faces, 1, axis=1)).any(axis=1)], axis=0)
         n_cells = n_cells * 3 // 4
     return vertices, faces
