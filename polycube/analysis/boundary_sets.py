@@ -150,7 +150,7 @@ def _within(corners: np.ndarray, where: Mapping[str, object]) -> np.ndarray:
     numbers = np.asarray(numbers, dtype=np.float64)
     slack = LEVEL * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
     if kind == "plane":
-        inside = (np.abs(corners @ numbers[:3] - numbers[3]) / np.linalg.norm(numbers[:3])) <= slack
+        inside = np.abs(corners @ numbers[:3] - numbers[3]) / np.linalg.norm(numbers[:3]) <= slack
     else:
         inside = ((corners >= numbers[:3] - slack) & (corners <= numbers[3:] + slack)).all(axis=2)
     found = np.flatnonzero(inside.all(axis=1))

@@ -96,7 +96,7 @@ def feature_sizes(goal: Target) -> tuple[list[float], list[float], list[float]]:
 
 
 def points_of(features: Features) -> dict[int, list[int]]:
-    """Corners where at least three curves meet, and tips of cones, with the numbers of curves."""
+    """Corners of at least three curves, with these; tips of cones, with the borders of the cone."""
     at: dict[int, list[int]] = {}
     for number, crease in enumerate(features.creases):
         for end in crease.ends[: 2 * (not crease.is_loop)]:

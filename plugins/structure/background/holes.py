@@ -54,9 +54,8 @@ class Hole(NamedTuple):
         return np.stack([places @ self.across, places[:, 2]], axis=1)
 
     def parts(self, sizes: Sizes) -> int:
-        """Number of edges along each side of the square: even for the point of a conical bottom."""
-        number = sizes.in_quarter(float(self.extent.mean()))
-        return number + number % 2 * any(collar.is_bottom for collar in self.collars)
+        """Number of edges along each side of the square."""
+        return sizes.in_quarter(float(self.extent.mean()))
 
     def on_sides(self, share: np.ndarray) -> np.ndarray:
         """(N, 2) points of the square after a number (N,) of its sides, from below right."""

@@ -107,9 +107,10 @@ def match(problem: FitProblem, x: np.ndarray) -> Matching:
     corner, goal = [*found.corner], [*found.corner_goal]
     for tip, face in features.tips.items():
         inside = np.setdiff1d(problem.quads[faces == face], problem.quads[faces != face])
-        away = np.linalg.norm(x[inside] - features.corners[tip], axis=1)
-        corner += [*inside[away.argsort(kind="stable")[:1]]]
-        goal += [features.corners[tip]] * (len(inside) > 0)
+        if len(inside):
+            away = np.linalg.norm(x[inside] - features.corners[tip], axis=1)
+            corner.append(inside[away.argmin()])
+            goal.append(features.corners[tip])
     return replace(found, corner=np.array(corner, int), corner_goal=np.reshape(goal, (-1, 3)))
 
 

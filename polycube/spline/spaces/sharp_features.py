@@ -114,7 +114,7 @@ def cad_edges(mesh: HexMesh, surface: TriMesh) -> tuple[np.ndarray, np.ndarray, 
 
 
 def cad_corners(mesh: HexMesh, surface: TriMesh) -> np.ndarray:
-    """(P,) boundary vertices of a mesh that are closest to the ends of the curves of its part."""
+    """(P,) boundary vertices closest to the ends of the curves of a part, and to tips of cones."""
     goal, outside = target(surface), np.unique(mesh.quads)
     corners = goal.followed.corners
     if not len(corners):
