@@ -129,8 +129,7 @@ def near(line: np.ndarray, width: float) -> Cost:
 
     def cost(sheet: Sheet, sides: Sides) -> np.ndarray:
         share = np.clip((sheet.places - start) @ along / (along @ along), 0, 1)
-        gap = sheet.places - start - share[:, None] * along
-        factor = 1 + (gap**2).sum(axis=1) / width**2
+        factor = 1 + ((sheet.places - start - share[:, None] * along) ** 2).sum(axis=1) / width**2
         return sides.length * factor[sides.ends].mean(axis=1)
 
     return cost

@@ -181,8 +181,7 @@ class FitProblem:
         weights[row, (corner + 1) % 4] += share[:, 1]
         vertex = self.quads[quad]
         facing = np.einsum("nd,nd->n", quad_normals[quad], self.point_normals) > 0
-        number = len(self.outer) / len(self.points)
-        strength = number * weight[vertex].min(axis=1) * facing
+        strength = len(self.outer) / len(self.points) * weight[vertex].min(axis=1) * facing
         strength /= self.size(x)[vertex].mean(axis=1) ** 2
         return Springs(vertex, weights, self.points, self.point_normals, strength, slack * strength)
 

@@ -34,8 +34,7 @@ def metrics(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:
 
 def worst(measure: str, values: np.ndarray, number: int = 5) -> np.ndarray:
     """The hexes (number,) with the worst values (H,), the worst first."""
-    sign = 1 if MEASURES[measure][1] is min else -1
-    return np.argsort(sign * values, kind="stable")[:number]
+    return np.argsort(values if MEASURES[measure][1] is min else -values, kind="stable")[:number]
 
 
 def _chunk(vertices: np.ndarray, hexes: np.ndarray) -> dict[str, np.ndarray]:

@@ -91,8 +91,7 @@ def kind_of(name: str) -> str:
 def may_name(place: object) -> bool:
     """Whether a part can have a set of this name, or an assembly, behind the name of a solid."""
     ends = "|".join(ENDS)
-    known = rf"([\w-]+_)?({ends}|hole_\d+|patch_\d+|cad_\w+)"
-    return bool(re.fullmatch(known, set_name(place)))
+    return bool(re.fullmatch(rf"([\w-]+_)?({ends}|hole_\d+|patch_\d+|cad_\w+)", set_name(place)))
 
 
 @dataclass(frozen=True, eq=False)

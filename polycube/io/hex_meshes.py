@@ -209,8 +209,7 @@ def check_place(mesh: HexMesh, surface: TriMesh) -> None:
     """Raise InputError unless mesh and surface have the same position and size."""
     boxes = [(p.min(axis=0), p.max(axis=0)) for p in (mesh.vertices, surface.vertices)]
     size = diagonal(surface)
-    off = max(np.linalg.norm(a - b) for a, b in zip(*boxes, strict=True)) / size
-    if off <= APART:
+    if max(np.linalg.norm(a - b) for a, b in zip(*boxes, strict=True)) <= APART * size:
         return
     ratio = float(np.linalg.norm(boxes[0][1] - boxes[0][0]) / size)
     extents = [" to ".join("({:.4g}, {:.4g}, {:.4g})".format(*end) for end in box) for box in boxes]

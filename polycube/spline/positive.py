@@ -149,8 +149,7 @@ def _gaps(control: np.ndarray, moves: np.ndarray, matches: Matches, chosen: np.n
 
     def function(y: np.ndarray) -> tuple[float, np.ndarray]:
         gap = rows @ y + rest
-        across = (gap * normal).sum(axis=1, keepdims=True) * normal
-        pull = weight * (across + TANGENTIAL * gap)
+        pull = weight * ((gap * normal).sum(axis=1, keepdims=True) * normal + TANGENTIAL * gap)
         return float(np.vdot(pull, gap)), 2 * (rows.T @ pull)
 
     return function

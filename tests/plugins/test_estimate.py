@@ -213,6 +213,16 @@ def test_a_mesh_is_cured_only_if_it_would_then_lead():
     assert RULES(Cure(far.number), found).gain == 0
 
 
+def test_a_cure_may_remove_what_the_report_warns_about():
+    """A finer mesh with fewer lost features is behind by its warning and its worst hex alone."""
+    found = knows(structure(1.0), structure(2.0))
+    missed(found, 0, features=0.5)  # leads
+    finer = missed(found, 1, features=0.3, scaled_jacobian=0.2, warnings=0.25)
+    assert 0 < RULES(Cure(finer.number), found).gain < 0.2
+    good = missed(found, 1, features=0.3, warnings=0.25)  # without poor hexes nothing is moved
+    assert RULES(Cure(good.number), found).gain == 0
+
+
 def test_a_mesh_far_behind_is_not_made_valid():
     """What it misses besides is known: it would be behind the leading mesh anyway."""
     found = knows(structure(1.0), structure(2.0))

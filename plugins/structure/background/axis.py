@@ -78,8 +78,7 @@ def _exact(surface: TriMesh, axis: np.ndarray, origin: np.ndarray) -> Axis:
     ends, unit = half_edges(surface.faces)[sides], diagonal(surface)
     largest, best = 0.0, (np.zeros(3), _upward(axis))  # without circles: spheres and tori
     _, pair, number = np.unique(between, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(pair.ravel(), kind="stable")
-    for own in np.split(ends[order], np.cumsum(number)[:-1]):
+    for own in np.split(ends[np.argsort(pair.ravel(), kind="stable")], np.cumsum(number)[:-1]):
         points = surface.vertices[np.unique(own)] - origin
         middle = points.mean(axis=0)
         if len(points) < FEWEST:

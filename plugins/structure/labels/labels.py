@@ -75,8 +75,7 @@ class LabelLattice(OnGrid, Structure):
         made: list[Candidate] = []
         for view in views(surface, self.frames):
             own = pieces(view.surface, self.size)
-            is_cad = len(surface.region) > 0
-            most = MOST if own.planar >= self.planar else FEW if is_cad else 0
+            most = MOST if own.planar >= self.planar else FEW if len(surface.region) else 0
             if most == 0:
                 logger.info("labels: %.0f %% of the area is planar", 100 * own.planar)
                 continue

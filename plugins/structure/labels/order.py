@@ -81,8 +81,7 @@ def _facing(
             low, high = ends[j, 0, 1] - y, ends[j, 1, 1] - y
             if j == i or (low > 0) == (high > 0):
                 continue
-            share = low / (low - high)
-            distance = ends[j, 0, 0] + share * (ends[j, 1, 0] - ends[j, 0, 0]) - x
+            distance = ends[j, 0, 0] + low / (low - high) * (ends[j, 1, 0] - ends[j, 0, 0]) - x
             distance = distance if inward[i] > 0 else -distance
             if 1e-9 < distance < best:
                 best, at = distance, j
@@ -161,8 +160,7 @@ def first_hit(
     is_hit = (share >= 0).all(axis=1) | (share <= 0).all(axis=1)
     is_hit &= (abs(total) >= 1e-18) & (near != skip)
     near, share, total = near[is_hit], share[is_hit], total[is_hit]
-    height = (share * corners[near, :, axis]).sum(axis=1) / total
-    distance = (height - origin[axis]) * sign
+    distance = ((share * corners[near, :, axis]).sum(axis=1) / total - origin[axis]) * sign
     distance = np.append(np.inf, np.where(distance > 1e-9, distance, np.inf))
     best = distance.argmin()
     return int(np.append(-1, near)[best]), float(distance[best])

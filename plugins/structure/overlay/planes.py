@@ -57,8 +57,7 @@ def _halved(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
     for place in places[::-1]:
         block = np.searchsorted(lines, place) - 1
         if 0 <= block < len(between):
-            share = (place - lines[block]) / (lines[block + 1] - lines[block])
-            if abs(share - 0.5) < MIDDLE:
+            if abs((place - lines[block]) / (lines[block + 1] - lines[block]) - 0.5) < MIDDLE:
                 between[block] = place
     return np.sort(np.concatenate([lines, between]))
 

@@ -71,8 +71,7 @@ def _largest(labels: np.ndarray, keep: int) -> tuple[np.ndarray, np.ndarray, np.
 def _between(solid: np.ndarray, axis: int) -> np.ndarray:
     """Background voxels with solid before and after them along an axis."""
     before = np.logical_or.accumulate(solid, axis)
-    after = np.flip(np.logical_or.accumulate(np.flip(solid, axis), axis), axis)
-    return before & after & ~solid
+    return before & np.flip(np.logical_or.accumulate(np.flip(solid, axis), axis), axis) & ~solid
 
 
 def _extent(used: np.ndarray) -> np.ndarray:

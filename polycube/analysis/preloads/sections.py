@@ -55,8 +55,7 @@ def sections(
         height = (points - points[hexes[start]].mean(axis=0)) @ preload.direction
         beyond = (height > 0)[hexes][:, FACES]
         is_beyond = beyond.all(axis=2).ravel()
-        is_cut = beyond.any(axis=2).ravel() & ~is_beyond
-        first, second = pairs[:, is_cut[pairs[0]]] // 6
+        first, second = pairs[:, (beyond.any(axis=2).ravel() & ~is_beyond)[pairs[0]]] // 6
         label = connected(first, second, len(hexes))
         layer = label == label[start]
         faces = one[layer[one // 6] & ~layer[other // 6] & is_beyond[one]]

@@ -100,8 +100,7 @@ def simplified(
                 continue
         steps = unit(np.diff(places[own], axis=0))
         turn = np.arccos(np.clip((steps[1:] * steps[:-1]).sum(axis=1), -1, 1))
-        corners = np.flatnonzero(turn > LAST) + 1
-        for first, last in pairwise([0, *corners, len(own) - 1]):
+        for first, last in pairwise([0, *(np.flatnonzero(turn > LAST) + 1), len(own) - 1]):
             arc = lengths(places[own[first : last + 1]])
             number = max(1, turn[first : last - 1].sum() / SMOOTH, arc[-1] / (SPACING * near))
             wanted = np.linspace(0, arc[-1], min(int(number), last - first) + 1)

@@ -117,8 +117,7 @@ def _between(
     outer, inner = loops[0], loops[1][::-1]
     middle = points[inner].mean(axis=0)
     turn = [np.arctan2(*(points[loop] - middle).T[::-1]) for loop in (outer, inner)]
-    first = np.argmin(abs((turn[1] - turn[0][0] + np.pi) % (2 * np.pi) - np.pi))
-    inner = np.roll(inner, -first)
+    inner = np.roll(inner, -np.argmin(abs((turn[1] - turn[0][0] + np.pi) % (2 * np.pi) - np.pi)))
     width = np.linalg.norm(points[outer] - points[inner], axis=1).mean()
     edge = 2 * np.pi / len(outer) * np.linalg.norm(points[outer] - middle, axis=1).mean()
     wanted = width / max(size, min(edge, sizes.size))
@@ -169,8 +168,7 @@ def four_sides(chains: list[Curve], cell: list[Side], most: float) -> list[Side]
         return []
     angle = angles(chains, cell[0])
     square = (angle > SQUARE[0]) & (angle < SQUARE[1])
-    straight = (angle > STRAIGHT[0]) & (angle < STRAIGHT[1])
-    if square.sum() != 4 or not (square | straight).all():
+    if square.sum() != 4 or not (square | ((angle > STRAIGHT[0]) & (angle < STRAIGHT[1]))).all():
         return []
     at = np.flatnonzero(square)
     turned = cell[0][at[0] :] + cell[0][: at[0]]

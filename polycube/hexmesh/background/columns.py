@@ -28,8 +28,7 @@ def layers(levels: np.ndarray, full: np.ndarray, size: float, across_wall: float
         step = np.diff(np.concatenate([[0], column, [0]]).astype(int))
         for low, high in zip(np.flatnonzero(step > 0), np.flatnonzero(step < 0), strict=True):
             while number[low:high].sum() < across_wall:
-                thickest = low + np.argmax(thickness[low:high] / number[low:high])
-                number[thickest] += 1
+                number[low + np.argmax(thickness[low:high] / number[low:high])] += 1
     return number
 
 
@@ -84,8 +83,7 @@ def disc(number: int) -> tuple[np.ndarray, np.ndarray]:
     level = abs(place).max(axis=1)
     x, y = (place / np.maximum(level, 1e-30)[:, None]).T
     # place on the border in eighths of a turn, from the middle of a side
-    upright = np.where(x > 0, y, 4 - y)
-    eighth = np.where(abs(x) >= abs(y), upright, np.where(y > 0, 2 - x, 6 + x))
+    eighth = np.where(abs(x) >= abs(y), np.where(x > 0, y, 4 - y), np.where(y > 0, 2 - x, 6 + x))
     turn = np.pi / 4 * (eighth + 1)
     square = np.sqrt(0.5) * np.stack([x - y, x + y], axis=1)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -129,8 +127,7 @@ def core(
     angle = np.arctan2(vertices[:, 1], vertices[:, 0]) + part.levels[0]
     bottom = at_axis.min() + (low - at_axis.min()) * r
     top = at_axis.max() + (high - at_axis.max()) * r
-    share = (rim - low) / (high - low)
-    z = bottom + share[:, None] * (top - bottom)
+    z = bottom + ((rim - low) / (high - low))[:, None] * (top - bottom)
     z[:, :number] = rim[:, None]
     turned = np.stack([z, *np.broadcast_arrays(radius * r, angle, z)[:2]], axis=-1)
     layer = np.arange(len(rim) - 1)[:, None, None] * len(vertices)

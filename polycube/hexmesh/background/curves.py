@@ -50,8 +50,7 @@ class Curve:
         step = np.diff(self.points, axis=0)
         if self.is_round:
             step = np.concatenate([step[-1:], step, step[:1]])
-        angle = np.arctan2(step[:, 1], step[:, 0])
-        found = abs((np.diff(angle) + np.pi) % (2 * np.pi) - np.pi)
+        found = abs((np.diff(np.arctan2(step[:, 1], step[:, 0])) + np.pi) % (2 * np.pi) - np.pi)
         return found if self.is_round else np.concatenate([[0], found, [0]])
 
     @property
@@ -232,8 +231,7 @@ def number_of_edges(chain: Curve, arc: np.ndarray, size: np.ndarray, sizes: Size
     half = np.round(parts / 2) if chain.turn < CORNER else whole(parts / 2)
     circle = total * 2 * np.pi / max(chain.turn, CORNER)
     least = whole(edges_around(sizes.around_hole, circle, sizes.size) * chain.turn / (4 * np.pi))
-    is_closed = (chain.points[0] == chain.points[-1]).all()
-    return 2 * int(max(half, least, 3 if is_closed else 1))
+    return 2 * int(max(half, least, 3 if (chain.points[0] == chain.points[-1]).all() else 1))
 
 
 def placed(chain: Curve, arc: np.ndarray, size: np.ndarray, number: int) -> np.ndarray:

@@ -139,8 +139,7 @@ def _cut(plan: Plan) -> HexMesh | None:
     """
     last, top = len(plan.fine), plan.fine[-1]
     step = 2**last
-    coarse = plan.cells[::step, ::step, ::step] & ~_inner(top)
-    selected = binary_dilation(top, AROUND) | coarse
+    selected = binary_dilation(top, AROUND) | (plan.cells[::step, ::step, ::step] & ~_inner(top))
     while (more := _pinched(selected)).any():
         selected |= more
     blocks = np.argwhere(selected)

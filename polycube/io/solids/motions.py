@@ -130,8 +130,7 @@ def _fitted(
     off, partner = places.query(moved, p=np.inf)
     if max(off.max(), cKDTree(moved).query(places.data, p=np.inf)[0].max()) > SAME:
         return None
-    number = np.cumsum(second.keys[:, 0] == FACE) - 1
-    faces = number[partner[first.keys[:, 0] == FACE]]
+    faces = (np.cumsum(second.keys[:, 0] == FACE) - 1)[partner[first.keys[:, 0] == FACE]]
     if len(np.unique(faces)) < len(faces):
         return None
     return Motion(rotation, second.centre - rotation @ first.centre, faces)

@@ -121,8 +121,7 @@ def _largest_gap(gmsh: ModuleType) -> tuple[float, np.ndarray]:
     near = cKDTree(places).query(places, min(NEAR * len(ACROSS), len(places)))[1]
     gaps = np.full(len(places), np.inf)
     for i, place in enumerate(places):
-        others = dict.fromkeys(k for k in owner[near[i]].tolist() if k != owner[i])
-        for k in list(others)[:4]:
+        for k in list(dict.fromkeys(k for k in owner[near[i]].tolist() if k != owner[i]))[:4]:
             closest = gmsh.model.getClosestPoint(1, edges[k], place)[0]
             gaps[i] = min(gaps[i], float(np.linalg.norm(closest - place)))
     finite = np.where(np.isfinite(gaps), gaps, -1)

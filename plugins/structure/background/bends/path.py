@@ -67,8 +67,7 @@ def _traced(
     motions: list[Motion] = []
     here = np.flatnonzero((faces == end).any(axis=1))
     origin = x[ends[here]].mean(axis=(0, 1))
-    first = (x - origin) @ rows[:2].T
-    lines, marks = first[ends[here]], [np.zeros((0, 2))]
+    lines, marks = ((x - origin) @ rows[:2].T)[ends[here]], [np.zeros((0, 2))]
     while True:
         beyond = faces[here][~np.isin(faces[here], list(seen))]
         group = set(beyond.tolist())
