@@ -67,6 +67,7 @@ def test_clamped_at_both_legs_it_hardly_moves(spline):
     assert deflection(spline, ["patch_0"]) < bending(LENGTHS[0]) / 1000
 
 
+@pytest.mark.slow
 def test_the_first_frequency_is_that_of_a_cantilever(spline):
     """(1.8751 / l)^2 sqrt(E I / rho A) / 2 pi, in Hz, with lengths in m."""
     options = {"fixed": ["x_min"], "modes": 1, "material": MATERIAL}

@@ -57,6 +57,7 @@ def test_round_faces_agree_and_keep_their_features(name, tmp_path):
         assert volume(mesh) == pytest.approx(enclosed(surface), rel=0.05)
 
 
+@pytest.mark.slow
 def test_without_a_common_structure_the_error_says_so(tmp_path):
     [group] = touching(assemblies.write("cubes", tmp_path), 24)
     with pytest.raises(MeshingError, match="they are not a sweep or a turned part together"):

@@ -50,6 +50,7 @@ def test_anything_else_stays_as_it_is(arguments: list[str]) -> None:
     assert with_input(arguments) == arguments
 
 
+@pytest.mark.slow
 def test_a_missing_file_is_refused_in_one_sentence() -> None:
     command = [sys.executable, HOME / "infer.py", "nowhere.step"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

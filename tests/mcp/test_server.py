@@ -139,6 +139,7 @@ def test_a_wrong_argument_is_named(tool, arguments, sentence, tmp_path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_choices_and_their_options_are_explained(tmp_path) -> None:
     _, text = call(tmp_path, "options", choice="analysis=modal")
     assert "analysis.modes=20\n    number of modes" in text

@@ -25,6 +25,7 @@ def pairs() -> list[LatticePair]:
     return [LatticePairs(0, 256)(i) for i in range(60)]
 
 
+@pytest.mark.slow
 def test_a_pair_depends_on_seed_and_number_only() -> None:
     stream = LatticePairs(0, 64)
     first = stream(31)

@@ -241,6 +241,7 @@ def test_a_few_steps_on_one_batch_bring_each_term_down(
     assert points < 0.6 and labels < 0.8 and context < 0.8
 
 
+@pytest.mark.slow
 def test_picture_shows_the_pairs(batch: Batch) -> None:
     images = [np.asarray(image[:2, :3]) for image in (batch.geometry, *[batch.polycube] * 2)]
     picture = scatter(*images)
