@@ -129,8 +129,7 @@ def widths(
     length = np.linalg.norm(inside, axis=1, keepdims=True)
     # away from edges and corners
     foot = foot + inside * np.minimum(1, START / np.maximum(length, 1e-30))
-    way = START if outside else -START
-    centre, before = foot + way * goal.normals[face], foot
+    centre, before = foot + (START if outside else -START) * goal.normals[face], foot
     found, active = np.ones(len(points)), np.arange(len(points))
     for _ in range(STEPS):
         foot, face = goal.closest(centre, guess=face)

@@ -27,8 +27,7 @@ def self_intersections(surface: TriMesh) -> np.ndarray:
     chosen = np.linspace(0, len(corners) - 1, min(SAMPLES, len(corners))).astype(int)
     near = [((low <= high[i]) & (low[i] <= high)).all(axis=1).sum() for i in chosen]
     # six for each pair of faces whose boxes overlap
-    comparisons = float(3 * len(corners) * np.mean(near))
-    if comparisons > max(MOST, OF_FACE * len(corners)):
+    if float(3 * len(corners) * np.mean(near)) > max(MOST, OF_FACE * len(corners)):
         why = f"too many of the {len(surface.faces)} faces lie close to many others"
         raise InputError(f"intersecting faces were not searched for: {why}")
     pairs = meeting(surface.vertices, surface.faces, 1)

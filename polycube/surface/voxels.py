@@ -80,8 +80,7 @@ def _crossed(triangles: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray)
                 u = (px * (cy - ay) - py * (cx - ax)) / area
                 v = ((bx - ax) * py - (by - ay) * px) / area
                 if u >= 0 and v >= 0 and u + v <= 1:
-                    k = np.searchsorted(z, az + u * (bz - az) + v * (cz - az))
-                    crossed[i, j, k] ^= True
+                    crossed[i, j, np.searchsorted(z, az + u * (bz - az) + v * (cz - az))] ^= True
     return crossed
 
 

@@ -80,8 +80,7 @@ def check_values(obj: Any) -> None:
         kind = PLAIN.get(str(each.type), object)
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
             raise ValueError(f"{name} must be of the type {each.type}; got {value!r:.40}")
-        many = value if isinstance(value, Mapping) else {"": value}
-        for key, array in many.items():
+        for key, array in (value if isinstance(value, Mapping) else {"": value}).items():
             _check_array(f"{name}[{key!r}]" if key else name, array, obj, bounds.get(each.name))
 
 

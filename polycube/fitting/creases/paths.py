@@ -147,7 +147,7 @@ def find_routes(
     Returns the paths, the corners (P,) at their ends and the vertices (P,) assigned to them.
     """
     mesh = net(problem, x)
-    placed = place_corners(features, problem, x, mesh)
+    placed, same = place_corners(features, problem, x, mesh), merged(features)
     existing = [Route(features.creases[int(k)], path) for k, path in problem.mesh.paths.items()]
     taken = np.zeros(len(x), bool)
     for route in existing:
@@ -155,7 +155,8 @@ def find_routes(
     placed[taken[placed]] = -1
     for route in existing:
         if not route.crease.is_loop:
-            placed[list(route.crease.ends)] = route.vertices[[0, -1]]
+            for end, vertex in zip(route.crease.ends, route.vertices[[0, -1]], strict=True):
+                placed[same == same[end]] = vertex
     taken[placed[placed >= 0]] = True
     known = {id(route.crease) for route in existing}
     creases = [

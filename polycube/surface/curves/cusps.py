@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from polycube.surface.arc_length import lengths
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import Crease, Features, covered
 
 OFF = 0.002  # of the diagonal: largest distance of the common path from both curves
 LEAST = 0.02  # length of a common path, in diagonals; a fork closer to its corner gains little
@@ -54,9 +54,9 @@ def _pairs(features: Features) -> list[tuple[int, Way, Way, float]]:
 
     Each end of a curve is in at most one pair.
     """
-    leaving: dict[int, list[Way]] = {}
+    leaving, is_double = dict[int, list[Way]](), covered(features)
     for number, crease in enumerate(features.creases):
-        for end in (0, 1) if not crease.is_loop else ():
+        for end in (0, 1) if not crease.is_loop and not is_double[number] else ():
             leaving.setdefault(crease.ends[end], []).append((number, end))
     found = []
     for corner, ways in leaving.items():

@@ -10,14 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from polycube.surface import arc_length as sliding
 
 EXACT = 1e-5  # of the extent of a curve: tolerance for its points to be on a line or a circle
-NEAR = 0.001  # of the diagonal: a third of the permitted distance of a curve
+NEAR = 0.0012  # of the diagonal, 0.4 of the permitted distance of a curve
 STEP = 0.004  # spacing of the sample points of a curve
+LEAST = 0.005  # length of a part of a curve that is divided; shorter ones would need small hexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +62,7 @@ class Crease:
             return extent / 4
         chord = float(np.linalg.norm(places[-1] - places[0]))
         height = float(np.linalg.norm(places[len(places) // 2] - (places[0] + places[-1]) / 2))
-        radius = height / 2 + chord**2 / (8 * height) if height > 0 else extent
-        return min(radius / 2, extent)
+        return min((height / 2 + chord**2 / (8 * height) if height > 0 else extent) / 2, extent)
 
     @property
     def is_loop(self) -> bool:
@@ -172,3 +173,30 @@ def covered(features: Features) -> np.ndarray:
         if not found[number]:
             longer.append(number)
     return found
+
+
+def divided(features: Features) -> Features:
+    """The curves of a CAD part, divided at corners of others that they pass closer than `NEAR`.
+
+    The vertex there is needed for the others; a path at its side would leave a strip narrower than
+    a hex. The first part keeps the number of its curve, the others follow after all curves.
+    """
+    own = np.setdiff1d(merged(features), [*features.tips])
+    found, further = list(features.creases), []
+    for number, crease in enumerate(features.creases if features.n_faces else ()):
+        arc, gap = crease.nearest(features.corners[own])
+        passed = (gap <= NEAR) & (arc > LEAST) & (arc < crease.length - LEAST)
+        if crease.is_loop or not passed.any():
+            continue
+        order = np.flatnonzero(passed)[np.argsort(arc[passed], kind="stable")]
+        order = order[np.append(True, np.diff(arc[order]) > LEAST)]
+        cuts = pairwise([0.0, *arc[order].tolist(), crease.length])
+        stops = pairwise([crease.ends[0], *own[order].tolist(), crease.ends[1]])
+        parts = []
+        for cut, ends in zip(cuts, stops, strict=True):
+            part = crease.piece(*cut)
+            x = np.vstack([features.corners[ends[0]], part.points[1:-1], features.corners[ends[1]]])
+            parts.append(replace(part, points=x, arc=sliding.lengths(x), ends=ends))
+        found[number] = parts[0]
+        further += parts[1:]
+    return replace(features, creases=(*found, *further))

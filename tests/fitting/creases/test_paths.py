@@ -1,5 +1,7 @@
 """Paths of creases on mesh edges: box, perturbed box, rims inside a flat patch, no path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -10,6 +12,7 @@ from polycube.fitting.creases.constraints import match
 from polycube.fitting.creases.paths import find_routes
 from polycube.fitting.creases.routing import crowding, net
 from polycube.fitting.problem import FitProblem
+from polycube.surface.curves.features import NEAR
 from polycube.surface.fit_target import target
 from polycube.types import Polycube, TriMesh
 from tests.fixtures.polycubes import cut
@@ -72,6 +75,28 @@ def test_every_edge_of_a_box_has_its_path():
         arc, gap = route.crease.nearest(x[route.vertices])
         assert gap == pytest.approx(0, abs=1e-12)
         assert np.diff(arc) == pytest.approx(0.125 / problem.target.scale)
+
+
+def test_a_path_starts_at_the_corner_that_stands_for_its_own():
+    """The other edges have paths already, so the vertex of both corners is known from them."""
+    problem, x = body_of(trimesh.creation.box((1, 1, 1)))
+    features = problem.target.features
+    routes, _, _ = find_routes(features, problem, x)
+    own = features.creases[0]
+    beside = features.corners[own.ends[0]] + [NEAR / 2, 0, 0]
+    moved = replace(own, ends=(len(features.corners), own.ends[1]))
+    changed = replace(
+        features,
+        creases=(moved, *features.creases[1:]),
+        corners=np.vstack([features.corners, beside]),
+        is_fixed=np.ones(len(features.corners) + 1, bool),
+    )
+    number = {id(crease): str(k) for k, crease in enumerate(features.creases)}
+    paths = {number[id(r.crease)]: r.vertices for r in routes if r.crease is not own}
+    problem = FitProblem(replace(problem.mesh, paths=paths), problem.target, 100)
+    found = {id(route.crease): route.vertices for route in find_routes(changed, problem, x)[0]}
+    before = next(route.vertices for route in routes if route.crease is own)
+    assert len(found) == 12 and found[id(moved)].tolist() == before.tolist()
 
 
 @given(st.integers(0, 10**6))

@@ -1,9 +1,14 @@
-"""Curves that lie on others."""
+"""Curves that lie on others, or pass their ends."""
+
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from polycube.surface.curves.features import NEAR, Crease, Features, covered, merged
+from polycube.surface.curves.features import LEAST, NEAR, Crease, Features, covered, divided, merged
 
 
 def line(start, end, ends=(0, 1)):
@@ -40,3 +45,56 @@ def test_corners_on_each_other_have_one_that_stands_for_them():
     corners = np.array([[0, 0, 0], [1, 0, 0], [NEAR / 2, 0, 0], [1, 2 * NEAR, 0], [0, NEAR / 2, 0]])
     found = merged(Features((), corners, np.ones(5, bool), np.zeros((0, 2))))
     assert found.tolist() == [0, 1, 0, 3, 0]
+
+
+def passing(gap: float, turned: bool = False) -> Features:
+    """A line, and one that ends at a distance from its point at 0.2."""
+    ends = np.array([[0, 0, 0], [0.5, 0, 0], [0.2, gap, 0], [0.2, 0.3, 0]])
+    long = line(*ends[[1, 0]], (1, 0)) if turned else line(*ends[:2], (0, 1))
+    curves = (long, line(*ends[2:], (2, 3)))
+    return Features(curves, ends, np.ones(4, bool), np.zeros((0, 2)), 3)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_line_is_divided_at_the_end_of_another_that_it_passes(turned):
+    before = passing(0.9 * NEAR, turned)
+    one, other, two = divided(before).creases
+    assert other is before.creases[1]
+    assert [one.ends, two.ends] == ([(1, 2), (2, 0)] if turned else [(0, 2), (2, 1)])
+    for part in (one, two):
+        assert part.points[[0, -1]].tolist() == before.corners[list(part.ends)].tolist()
+        assert part.length == pytest.approx(
+            np.linalg.norm(np.diff(part.points, axis=0), axis=1).sum()
+        )
+        assert part.size == pytest.approx(0.5)  # of the whole curve
+    assert one.length + two.length == pytest.approx(0.5, abs=1e-4)
+
+
+@pytest.mark.parametrize("change", ["far", "surface", "end", "loop", "tip"])
+def test_other_lines_are_not_divided(change):
+    before = passing(1.1 * NEAR if change == "far" else 0.0)
+    if change == "surface":
+        before = replace(before, n_faces=0)
+    elif change == "end":
+        before.corners[2, 0] = 0.497
+    elif change == "tip":
+        before = replace(before, tips={2: 1})
+    elif change == "loop":
+        before = replace(before, creases=(line(*before.corners[:2], (-1, -1)), before.creases[1]))
+    assert divided(before).creases == before.creases
+
+
+@given(st.lists(st.floats(0.02, 0.48), max_size=5), st.integers(0, 10**6))
+def test_parts_lead_from_end_to_end_in_their_order(places, seed):
+    rng = np.random.default_rng(seed)
+    near = NEAR * rng.uniform(-0.9, 0.9, (len(places), 1)) * [[0, 0.7, 0.7]]
+    at = np.column_stack([places, np.zeros((len(places), 2))]) + near
+    corners = np.vstack([[[0, 0, 0], [0.5, 0, 0]], at])
+    found = divided(
+        Features((line(*corners[:2]),), corners, np.ones(len(corners), bool), np.zeros((0, 2)), 3)
+    )
+    stops = [found.creases[0].ends[0], *(part.ends[1] for part in found.creases)]
+    assert stops[0] == 0 and stops[-1] == 1 and len(set(stops)) == len(stops)
+    assert (np.diff(corners[stops, 0]) > LEAST).all()
+    assert all(part.length > LEAST for part in found.creases)
+    assert all(a.ends[1] == b.ends[0] for a, b in pairwise(found.creases))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polycube.surface.curves.cusps import BLEND, MOST, OFF, without_cusps
-from polycube.surface.curves.features import Crease, Features
+from polycube.surface.curves.features import NEAR, Crease, Features
 
 
 def curve(points: np.ndarray, ends: tuple[int, int], faces: tuple[int, int]) -> Crease:
@@ -48,8 +48,14 @@ def test_the_fork_of_a_wedge_lies_in_its_middle_where_it_is_twice_the_distance_w
         assert before.nearest(far)[1] == pytest.approx(0, abs=1e-12)
 
 
+def test_a_curve_that_lies_on_the_other_shares_its_whole_path_instead() -> None:
+    """At its end it is 0.9 of the distance away within which curves coincide."""
+    before = wedge(0.9 * NEAR / 0.5)
+    assert without_cusps(before).creases == before.creases
+
+
 @settings(deadline=None)
-@given(st.floats(np.deg2rad(0.1), np.deg2rad(7)))
+@given(st.floats(np.deg2rad(0.2), np.deg2rad(7)))
 def test_a_common_path_is_near_both_curves_and_no_longer_than_allowed(angle) -> None:
     before = wedge(angle)
     common = without_cusps(before).creases[2]
