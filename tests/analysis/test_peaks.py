@@ -104,6 +104,7 @@ def test_singular_places_follow_from_the_angles():
     assert places(spline, (), [top[:1]], 0.3) == ["load on a small area"]
 
 
+@pytest.mark.slow
 def test_inner_edges_of_the_cad_model_are_singular_where_the_spline_is_round():
     plain = bracket()
     corners = plain.vertices[plain.quads]

@@ -94,7 +94,7 @@ def test_the_best_mesh_so_far_is_written_and_marked(sent, tmp_path, at_end, caps
     assert more["hex"] == report["hex"] and "interrupted" not in more
 
 
-@pytest.mark.parametrize("last", first_quick(1, ["meshing/subdivide", "meshing/pillow"]))
+@pytest.mark.parametrize("last", first_quick(0, ["meshing/subdivide", "meshing/pillow"]))
 def test_when_the_time_is_over_the_mesh_so_far_is_written(
     last, tmp_path, at_end, monkeypatch
 ) -> None:

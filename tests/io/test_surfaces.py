@@ -35,6 +35,7 @@ def test_formats_keep_units_and_placement(tmp_path, kind):
     assert volume(surface) == pytest.approx(2)
 
 
+@pytest.mark.slow
 def test_fbx_is_read(tmp_path):
     pytest.importorskip("open3d", exc_type=ImportError)
     path = tmp_path / "part.fbx"

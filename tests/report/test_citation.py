@@ -72,6 +72,7 @@ def test_methods_that_made_the_result_are_cited_and_no_others() -> None:
     assert "floater2003mean" in keys({"hex": {}}, "meshing=parametric")
 
 
+@pytest.mark.slow
 def test_a_plugin_of_another_package_brings_its_own_entry(own_registry) -> None:
     entry = "@article{mine,\n  title = {Mine}\n}"
 
