@@ -44,7 +44,7 @@ JACOBIAN = {True: 0.1, False: 0.3}  # the same for the worst hex: of a CAD part,
 OTHER_SHEETS = 0.3  # probability that other sheets in a fine lattice are better
 AFTER_FAILURE = 0.4  # factor on the probability for each variant without a mesh
 NEXT_VARIANT = 0.7  # factor for each further variant
-CURED, HEEDED = 0.8, 0.7  # shares expected to vanish: of the worst hex, of warned distances
+CURED, WARNED = 0.8, 0.7  # shares expected to vanish: of the worst hex, of warned distances
 MADE_VALID = {2.0: 0.6, 3.0: 0.1}  # the same for a mesh that is not valid, by its shortfall
 AGAIN_INVALID = 0.6  # factor for each mesh that was not made valid
 REPLACED = 0.8  # factor on it if the mesh lost features and may be replaced
@@ -128,7 +128,7 @@ def cure(move: Cure, history: History) -> Expected:
     failed = sum(not each.verdict.is_valid for each in alike)
     gain = invalid + CURED * missed.get("scaled_jacobian", 0.0)
     if "scaled_jacobian" in missed:  # only the neighbourhoods of poor hexes are fitted again
-        gain += HEEDED * missed.get("warnings", 0.0)
+        gain += WARNED * missed.get("warnings", 0.0)
     behind = outcome.shortfall - history.shortfall  # 0 for the leading mesh
     success = MADE_VALID.get(invalid, 0.0) * AGAIN_INVALID**failed if invalid else 1.0
     success *= REPLACED if "features" in missed else 1

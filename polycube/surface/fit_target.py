@@ -11,7 +11,7 @@ import numpy as np
 from polycube.surface import closest, curved, measures
 from polycube.surface.curves.creases import features
 from polycube.surface.curves.cusps import without_cusps
-from polycube.surface.curves.features import Features, divided
+from polycube.surface.curves.features import Features, divided_at_corners
 from polycube.surface.filtered_normals import steady_normals
 from polycube.types import TriMesh
 
@@ -31,7 +31,7 @@ class Target:
     vertex_normals: np.ndarray  # (V, 3)
     tree: closest.Tree  # of the surface, with its CAD faces as groups
     features: Features
-    followed: Features  # curves for mesh edges to follow, see `divided` and `without_cusps`
+    followed: Features  # for mesh edges: see `divided_at_corners` and `without_cusps`
 
     def to_unit(self, points: np.ndarray) -> np.ndarray:
         """Transform points of the model to unit scale."""
@@ -101,7 +101,7 @@ def target(surface: TriMesh) -> Target:
         np.add.at(by_vertex, small.faces[:, k], weighted)
     region = small.region if len(small.region) else None
     tree = closest.tree(small.vertices[small.faces], normals, region)
-    followed = without_cusps(divided(graph))
+    followed = without_cusps(divided_at_corners(graph))
     return Target(center, scale, small, normals, measures.unit(by_vertex), tree, graph, followed)
 
 

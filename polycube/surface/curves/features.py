@@ -19,7 +19,7 @@ from polycube.surface import arc_length as sliding
 EXACT = 1e-5  # of the extent of a curve: tolerance for its points to be on a line or a circle
 NEAR = 0.0012  # of the diagonal, 0.4 of the permitted distance of a curve
 STEP = 0.004  # spacing of the sample points of a curve
-LEAST = 0.005  # length of a part of a curve that is divided; shorter ones would need small hexes
+SHORTEST = 0.005  # length of a part of a divided curve; a shorter one would need small hexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +175,7 @@ def covered(features: Features) -> np.ndarray:
     return found
 
 
-def divided(features: Features) -> Features:
+def divided_at_corners(features: Features) -> Features:
     """The curves of a CAD part, divided at corners of others that they pass closer than `NEAR`.
 
     The vertex there is needed for the others; a path at its side would leave a strip narrower than
@@ -185,11 +185,11 @@ def divided(features: Features) -> Features:
     found, further = list(features.creases), []
     for number, crease in enumerate(features.creases if features.n_faces else ()):
         arc, gap = crease.nearest(features.corners[own])
-        passed = (gap <= NEAR) & (arc > LEAST) & (arc < crease.length - LEAST)
+        passed = (gap <= NEAR) & (arc > SHORTEST) & (arc < crease.length - SHORTEST)
         if crease.is_loop or not passed.any():
             continue
         order = np.flatnonzero(passed)[np.argsort(arc[passed], kind="stable")]
-        order = order[np.append(True, np.diff(arc[order]) > LEAST)]
+        order = order[np.append(True, np.diff(arc[order]) > SHORTEST)]
         cuts = pairwise([0.0, *arc[order].tolist(), crease.length])
         stops = pairwise([crease.ends[0], *own[order].tolist(), crease.ends[1]])
         parts = []

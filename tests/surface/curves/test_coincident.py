@@ -8,7 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from polycube.surface.curves.features import LEAST, NEAR, Crease, Features, covered, divided, merged
+from polycube.surface.curves.features import (
+    NEAR,
+    SHORTEST,
+    Crease,
+    Features,
+    covered,
+    divided_at_corners,
+    merged,
+)
 
 
 def line(start, end, ends=(0, 1)):
@@ -58,7 +66,7 @@ def passing(gap: float, turned: bool = False) -> Features:
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_line_is_divided_at_the_end_of_another_that_it_passes(turned):
     before = passing(0.9 * NEAR, turned)
-    one, other, two = divided(before).creases
+    one, other, two = divided_at_corners(before).creases
     assert other is before.creases[1]
     assert [one.ends, two.ends] == ([(1, 2), (2, 0)] if turned else [(0, 2), (2, 1)])
     for part in (one, two):
@@ -81,7 +89,7 @@ def test_other_lines_are_not_divided(change):
         before = replace(before, tips={2: 1})
     elif change == "loop":
         before = replace(before, creases=(line(*before.corners[:2], (-1, -1)), before.creases[1]))
-    assert divided(before).creases == before.creases
+    assert divided_at_corners(before).creases == before.creases
 
 
 @given(st.lists(st.floats(0.02, 0.48), max_size=5), st.integers(0, 10**6))
@@ -90,11 +98,11 @@ def test_parts_lead_from_end_to_end_in_their_order(places, seed):
     near = NEAR * rng.uniform(-0.9, 0.9, (len(places), 1)) * [[0, 0.7, 0.7]]
     at = np.column_stack([places, np.zeros((len(places), 2))]) + near
     corners = np.vstack([[[0, 0, 0], [0.5, 0, 0]], at])
-    found = divided(
+    found = divided_at_corners(
         Features((line(*corners[:2]),), corners, np.ones(len(corners), bool), np.zeros((0, 2)), 3)
     )
     stops = [found.creases[0].ends[0], *(part.ends[1] for part in found.creases)]
     assert stops[0] == 0 and stops[-1] == 1 and len(set(stops)) == len(stops)
-    assert (np.diff(corners[stops, 0]) > LEAST).all()
-    assert all(part.length > LEAST for part in found.creases)
+    assert (np.diff(corners[stops, 0]) > SHORTEST).all()
+    assert all(part.length > SHORTEST for part in found.creases)
     assert all(a.ends[1] == b.ends[0] for a, b in pairwise(found.creases))
